@@ -1,0 +1,1 @@
+"""Control laws: pure functions from the motion of a corner to a desired damper force."""

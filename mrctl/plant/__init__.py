@@ -1,0 +1,1 @@
+"""Simulated things to control: damper with coil lag and heat, quarter cars, roads."""

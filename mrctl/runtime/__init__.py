@@ -1,0 +1,1 @@
+"""The daemon: pure tick, supervisor, output guard, fixed-step loop, wiring."""
