@@ -1,4 +1,4 @@
-"""What a control law is: named parameters with units and bounds, what it needs to know, and a pure function."""
+"""What a control law is: parameters with units and bounds, what it needs to know, and a pure function."""
 
 from __future__ import annotations
 
@@ -47,5 +47,5 @@ class Law:
     summary: str
     source: str
     parameters: tuple[Parameter, ...]
-    needs: frozenset[str]  # roles beside relative velocity: body_velocity, temperature, displacement, force_wish
+    needs: frozenset[str]  # beside relative velocity: body_velocity, temperature, displacement, force_wish
     make: Callable[[Mapping[str, ParameterValue]], ForceLaw]
