@@ -21,8 +21,8 @@ from mrctl.model.filters import butterworth_lowpass, iir_step, settled_state
 from mrctl.model.static import Reach, invert_backbone
 from mrctl.model.tables import interpolate
 
-# The shape |g| at which the current follows with the time constant below; at |g| = 1 it is 100 times faster.
-AUTHORITY_SHAPE = 0.1
+# The shape |g| at which the current follows with the time constant below; at |g| = 1 it is 11 times faster.
+AUTHORITY_SHAPE = 0.3
 AUTHORITY_TIME_S = 0.001
 
 
