@@ -1,0 +1,23 @@
+# shellcheck shell=bash
+# Common start of every script on the bed; it runs in the job's own directory. `./script` is the test's part.
+set -euo pipefail
+
+# `mark NAME` notes an event with the clock that candump's time stamps use.
+mark() { printf '%s %s\n' "$(date +%s.%N)" "$1" >>marks; }
+
+# `wait_for SECONDS COMMAND...` repeats a command until it succeeds; fails loudly when the time is over.
+wait_for() {
+  local deadline=$(($(date +%s) + $1))
+  shift
+  until "$@" >/dev/null 2>&1; do
+    [ "$(date +%s)" -le "$deadline" ] || { echo "timed out waiting for: $*" >&2; return 1; }
+    sleep 0.1
+  done
+}
+
+if [ "$1" = bus ]; then
+  # A network and process space of its own: a vcan0 that nobody else writes to, nothing left running.
+  ip link add vcan0 type vcan
+  ip link set vcan0 up
+fi
+. ./script
