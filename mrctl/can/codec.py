@@ -1,0 +1,137 @@
+"""Frame payloads to physical values and back, in code written for each frame from its DBC entry.
+
+Called for every frame of every tick: under a microsecond for four signals, where cantools takes 5 to 12. So
+each frame gets its own function, straight-line source with the constants in it. `crosscheck` holds it against
+cantools.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from mrctl.can import e2e
+from mrctl.errors import MrctlError
+
+if TYPE_CHECKING:
+    from mrctl.can.specs import FrameSpec, SignalSpec
+
+Decoder = Callable[[bytes], tuple[float, ...]]
+Encoder = Callable[[Sequence[float], int], bytes]
+
+_NAN = math.nan
+
+
+def make_decoder(spec: FrameSpec) -> Decoder:
+    """A function from the payload of a frame to its physical values, in the order of `spec.signals`.
+
+    The payload must be `spec.length` bytes (the caller has checked that, and the CRC). A signal that says
+    "not available" gives NaN; a value outside minimum and maximum is given as it is.
+    """
+    values = [_decoding(signal, f"r{i}", spec.length) for i, signal in enumerate(spec.signals)]
+    lines = ["def decode(data):"]
+    if any(not signal.big_endian for signal in spec.signals):
+        lines.append("    little = from_bytes(data, 'little')")
+    if any(signal.big_endian for signal in spec.signals):
+        lines.append("    big = from_bytes(data, 'big')")
+    lines.append(f"    return ({''.join(f'{value}, ' for value in values)})")
+    decoder: Decoder = _compiled(lines, "decode", spec, {})
+    return decoder
+
+
+def make_encoder(spec: FrameSpec) -> Encoder:
+    """A function from physical values (in the order of `spec.signals`) and a counter to a protected payload.
+
+    Values saturate to the signal's range, infinities too. NaN becomes "not available"; a signal that has no
+    such value gets its value closest to 0, which for a current is the safe one.
+    """
+    length = spec.length
+    lines = ["def encode(values, counter):"]
+    if spec.signals:
+        lines.append(f"    {''.join(f'v{i}, ' for i in range(len(spec.signals)))} = values")
+    lines.append(f"    little = {int.from_bytes(spec.background, 'little'):#x}")
+    if any(signal.big_endian for signal in spec.signals):
+        lines.append("    big = 0")
+    for i, signal in enumerate(spec.signals):
+        word = "big" if signal.big_endian else "little"
+        # In the background the signal's bits are 0.
+        raw = f"({_encoding(signal, f'v{i}')})" + (f" & {signal.mask:#x}" if signal.signed else "")
+        lines.append(f"    {word} |= ({raw}) << {signal.shift(length)}")
+    if any(signal.big_endian for signal in spec.signals):
+        lines.append(f"    little |= from_bytes(big.to_bytes({length}, 'big'), 'little')")
+    lines += [
+        f"    data = bytearray(little.to_bytes({length}, 'little'))",
+        "    protect(data, data_ids, counter)",
+        "    return bytes(data)",
+    ]
+    encoder: Encoder = _compiled(lines, "encode", spec, {"protect": e2e.protect, "data_ids": spec.data_ids})
+    return encoder
+
+
+def crosscheck(spec: FrameSpec, message: Any, samples: int = 33) -> None:  # noqa: ANN401  # untyped
+    """Hold decoder and encoder against cantools on about `samples` values of every signal, and its ends.
+
+    message: the cantools message of the same frame. Raises MrctlError at the first difference: then either
+    has a fault, and no frame can be trusted.
+    """
+    decode, encode = make_decoder(spec), make_encoder(spec)
+    zeros = {signal.name: 0 for signal in message.signals}
+    for index, signal in enumerate(spec.signals):
+        where = f"frame {spec.name}, signal {signal.name}"
+        for raw in _sample(signal, samples):
+            payload = message.encode(zeros | {signal.name: raw}, scaling=False, strict=False)
+            theirs = message.decode(payload, decode_choices=False)[signal.name]
+            mine = decode(payload)[index]
+            if mine != theirs and not (math.isnan(mine) and raw == signal.sna_raw):
+                raise MrctlError(f"{where}, raw {raw}: read as {mine}, by cantools as {theirs}; report this")
+            if not signal.raw_minimum <= raw <= signal.raw_maximum and raw != signal.sna_raw:
+                continue
+            values = [_NAN] * len(spec.signals)
+            values[index] = mine
+            sent = message.decode(encode(values, raw), decode_choices=False, scaling=False)[signal.name]
+            if sent != raw:
+                raise MrctlError(f"{where}, value {mine}: sent as raw {sent} instead of {raw}; report this")
+
+
+def _decoding(signal: SignalSpec, name: str, length: int) -> str:
+    word = "big" if signal.big_endian else "little"
+    raw = f"{word} >> {signal.shift(length)} & {signal.mask:#x}"
+    operand = f"({raw})" if signal.sna_raw is None else name
+    sign_bit = 1 << (signal.bits - 1)
+    number = f"(({operand} ^ {sign_bit:#x}) - {sign_bit:#x})" if signal.signed else operand
+    offset = f" + {signal.offset!r}" if signal.offset else ""
+    value = f"{number} * {signal.factor!r}{offset}"
+    if signal.sna_raw is None:
+        return value
+    return f"nan if ({name} := {raw}) == {signal.sna_raw & signal.mask:#x} else {value}"
+
+
+def _encoding(signal: SignalSpec, name: str) -> str:
+    limits = [(raw * signal.factor + signal.offset, raw) for raw in (signal.raw_minimum, signal.raw_maximum)]
+    (low, raw_at_low), (high, raw_at_high) = sorted(limits)
+    nothing = signal.sna_raw
+    if nothing is None:
+        nothing = min(max(round(-signal.offset / signal.factor), signal.raw_minimum), signal.raw_maximum)
+    shifted = f"({name} - {signal.offset!r})" if signal.offset else name
+    return (
+        f"{raw_at_high} if {name} >= {high!r} else {raw_at_low} if {name} <= {low!r} "
+        f"else round({shifted} / {signal.factor!r}) if {name} == {name} else {nothing}"
+    )
+
+
+def _compiled(lines: list[str], name: str, spec: FrameSpec, names: dict[str, Any]) -> Any:  # noqa: ANN401  # new
+    scope = {"from_bytes": int.from_bytes, "nan": _NAN, **names}
+    code = compile("\n".join(lines), f"<{name} {spec.name}>", "exec")
+    exec(code, scope)  # noqa: S102  # the source is made here, of numbers only; no text of the DBC gets in
+    return scope[name]
+
+
+def _sample(signal: SignalSpec, count: int) -> Iterator[int]:
+    first = -(1 << (signal.bits - 1)) if signal.signed else 0
+    last = first + signal.mask
+    marks = {first, first + 1, 0, 1, last - 1, last, signal.raw_minimum, signal.raw_maximum}
+    if signal.sna_raw is not None:
+        marks.add(signal.sna_raw)
+    marks.update(range(first, last, max(signal.mask // count, 1)))
+    yield from sorted(raw for raw in marks if first <= raw <= last)
