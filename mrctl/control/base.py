@@ -49,3 +49,5 @@ class Law:
     parameters: tuple[Parameter, ...]
     needs: frozenset[str]  # beside relative velocity: body_velocity, temperature, displacement, force_wish
     make: Callable[[Mapping[str, ParameterValue]], ForceLaw]
+    dissipative: bool = True  # never asks for a force that would drive the relative motion
+    continuous: bool = True  # no jump of the force at any sign change of a velocity

@@ -1,1 +1,1 @@
-"""Simulated things to control: damper with coil lag and heat, quarter cars, roads."""
+"""The simulated vehicle: road, quarter cars and virtual dampers, off line or on the bus."""
