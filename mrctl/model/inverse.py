@@ -18,7 +18,7 @@ import math
 
 from mrctl.model.damper import Damper
 from mrctl.model.filters import butterworth_lowpass, iir_step, settled_state
-from mrctl.model.static import Reach, invert_backbone
+from mrctl.model.static import Reach, invert_shape
 from mrctl.model.tables import interpolate
 
 # The shape |g| at which the current follows with the time constant below; at |g| = 1 it is 11 times faster.
@@ -31,8 +31,11 @@ class InverseModel:
 
     __slots__ = (
         "_current_max_a",
+        "_force_max_n",
         "_forward",
         "_forward_state",
+        "_h_off",
+        "_h_on",
         "_inverse",
         "_inverse_state",
         "_lowpass",
@@ -42,6 +45,7 @@ class InverseModel:
         "_refined_state",
         "_static",
         "_step_max_a",
+        "_temperature_c",
         "current_a",
         "reach",
     )
@@ -51,6 +55,9 @@ class InverseModel:
         rate_hz = 1.0 / dt_s
         self._static = damper.static
         self._current_max_a = damper.current_max_a
+        self._force_max_n = interpolate(damper.current_max_a, damper.static.current_a, damper.static.force_n)
+        self._temperature_c = math.nan
+        self._h_off = self._h_on = 1.0
         self._step_max_a = damper.current_slew_a_s * dt_s
         self._inverse = damper.inverse_filter.resampled(rate_hz).coefficients
         self._forward = damper.forward_filter.resampled(rate_hz).coefficients
@@ -84,15 +91,21 @@ class InverseModel:
     def step(self, force_wish_n: float, velocity_m_s: float, temperature_c: float) -> float:
         """The current command in A: finite, within 0 and the largest, within the slew limit of the last."""
         static = self._static
-        exact, self._on, self.reach = invert_backbone(
+        if temperature_c != self._temperature_c:  # it changes far less often than once a tick
+            self._temperature_c = temperature_c
+            self._h_off = interpolate(temperature_c, static.temperature_c, static.h_off)
+            self._h_on = interpolate(temperature_c, static.temperature_c, static.h_on)
+        g = interpolate(velocity_m_s, static.velocity_m_s, static.shape)
+        exact, self._on, self.reach = invert_shape(
             self.backbone_wish(force_wish_n),
-            velocity_m_s,
-            temperature_c,
+            g,
+            self._h_off,
+            self._h_on,
             static,
             self._current_max_a,
-            was_on=self._on,
+            self._force_max_n,
+            self._on,
         )
-        g = interpolate(velocity_m_s, static.velocity_m_s, static.shape)
         change = -math.expm1(-self._rate * g * g) * (exact - self.current_a)
         limit = self._step_max_a
         self.current_a += limit if change > limit else max(change, -limit)

@@ -30,6 +30,7 @@ class StaticTables(NamedTuple):
     on_above_a: float
     blend_current_a: Sequence[float]  # currents where f or the blend of h has a corner
     blend_force_n: Sequence[float]  # f at these
+    force_on_n: float  # f at on_above_a
 
 
 class Reach(IntEnum):
@@ -75,6 +76,7 @@ def static_tables(
         float(on_above_a),
         tuple(map(float, corners)),
         tuple(interpolate(i, current_a, force_n) for i in corners),
+        interpolate(on_above_a, current_a, force_n),
     )
 
 
@@ -111,43 +113,61 @@ def invert_backbone(
 ) -> StaticInverse:
     """The current whose static force is the wish, or comes nearest to it (Eq. 8.1, 3.3).
 
-    Both states of h are tried and the consistent one is kept; where both or neither are (only with a
-    switching h), the state it was in stays. Total: no velocity, not even zero, divides by zero.
+    Total: no velocity, not even zero, divides by zero. See `invert_shape` for the two states of h.
     """
-    g = interpolate(velocity_m_s, t.velocity_m_s, t.shape)
+    return invert_shape(
+        force_n,
+        interpolate(velocity_m_s, t.velocity_m_s, t.shape),
+        interpolate(temperature_c, t.temperature_c, t.h_off),
+        interpolate(temperature_c, t.temperature_c, t.h_on),
+        t,
+        current_max_a,
+        interpolate(current_max_a, t.current_a, t.force_n),
+        was_on,
+    )
+
+
+def invert_shape(  # noqa: PLR0911  # one return for each region of the wish
+    force_n: float,
+    g: float,
+    h_off: float,
+    h_on: float,
+    t: StaticTables,
+    current_max_a: float,
+    f_max_n: float,
+    was_on: bool,  # noqa: FBT001  # positional for speed: called for every damper in every tick
+) -> StaticInverse:
+    """The current where f(i) h(i) g is the wish, or comes nearest to it; g, h and f(current_max) looked up.
+
+    Both states of h are tried and the consistent one is kept; where both or neither are (only with a
+    switching h), the state it was in stays.
+    """
     if force_n * g <= 0.0:
-        return StaticInverse(
-            0.0, on=False, reach=Reach.WITHIN if force_n == 0.0 and g == 0.0 else Reach.BELOW
-        )
-    h_off = interpolate(temperature_c, t.temperature_c, t.h_off)
-    h_on = interpolate(temperature_c, t.temperature_c, t.h_on)
-    if current_max_a >= t.on_above_a:
-        strongest = interpolate(current_max_a, t.current_a, t.force_n) * h_on
-    else:
-        strongest = abs(backbone_force(velocity_m_s, current_max_a, temperature_c, t) / g)
+        reach = Reach.WITHIN if force_n == 0.0 and g == 0.0 else Reach.BELOW
+        return StaticInverse(0.0, False, reach)
+    w = on_weight(current_max_a, t.off_below_a, t.on_above_a)
+    strongest_n = f_max_n * (h_off + w * (h_on - h_off))
     force_n, g = abs(force_n), abs(g)
-    if force_n >= strongest * g:
-        reach = Reach.ABOVE if force_n > strongest * g else Reach.WITHIN
-        return StaticInverse(current_max_a, on=True, reach=reach)
-    # From here force/g < strongest, so the quotient is bounded however small g is.
-    q = force_n / g
-    f_at_zero = interpolate(0.0, t.current_a, t.force_n)
-    i_off = interpolate(q / h_off, t.force_n, t.current_a)
-    off_holds = i_off <= t.off_below_a if t.on_above_a > t.off_below_a else i_off < t.on_above_a
-    i_on = interpolate(q / h_on, t.force_n, t.current_a)
-    on_holds = i_on >= t.on_above_a and q >= h_on * interpolate(t.on_above_a, t.current_a, t.force_n)
-    if off_holds and not (on_holds and was_on):
-        reach = Reach.BELOW if q < h_off * f_at_zero else Reach.WITHIN
-        return StaticInverse(max(0.0, i_off), on=False, reach=reach)
-    if on_holds:
-        return StaticInverse(min(i_on, current_max_a), on=True, reach=Reach.WITHIN)
-    if (
-        not t.blend_current_a
-    ):  # the gap of a switching h: no current gives this force, stay on this side of it
-        edge = t.on_above_a if was_on else math.nextafter(t.on_above_a, -math.inf)
-        return StaticInverse(max(0.0, edge), on=was_on, reach=Reach.WITHIN)
-    i = _invert_blend(q, h_off, h_on, t)
-    return StaticInverse(min(i, current_max_a), on=i >= t.on_above_a, reach=Reach.WITHIN)
+    if force_n >= strongest_n * g:
+        return StaticInverse(current_max_a, True, Reach.ABOVE if force_n > strongest_n * g else Reach.WITHIN)
+    q = force_n / g  # bounded by the line above, however small g is
+    if q <= h_off * t.force_n[0]:
+        if not was_on or t.blend_current_a or q < h_on * t.force_on_n:
+            return StaticInverse(0.0, False, Reach.BELOW if q < h_off * t.force_n[0] else Reach.WITHIN)
+    elif t.off_below_a > 0.0 or not t.blend_current_a:
+        i = interpolate(q / h_off, t.force_n, t.current_a)
+        holds = i <= t.off_below_a if t.blend_current_a else i < t.on_above_a
+        if holds and not (was_on and q >= h_on * t.force_on_n):
+            return StaticInverse(i, False, Reach.WITHIN)
+    if q >= h_on * t.force_on_n:
+        i = interpolate(q / h_on, t.force_n, t.current_a)
+        return StaticInverse(min(i, current_max_a), True, Reach.WITHIN)
+    if t.blend_current_a:
+        i = _invert_blend(q, h_off, h_on, t)
+        return StaticInverse(min(i, current_max_a), i >= t.on_above_a, Reach.WITHIN)
+    # The gap of a switching h: no current gives this force, so stay on the side it is on.
+    edge = t.on_above_a if was_on else math.nextafter(t.on_above_a, 0.0)
+    return StaticInverse(edge, was_on, Reach.WITHIN)
 
 
 def _invert_blend(q: float, h_off: float, h_on: float, t: StaticTables) -> float:

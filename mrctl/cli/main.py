@@ -1,0 +1,91 @@
+"""The command line: finds the command, imports its module, turns errors into one line and an exit status.
+
+Exit status: 0 success, 1 failure at run time, 2 unusable input, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import Protocol
+
+import mrctl
+from mrctl.errors import InputError, MrctlError
+
+# In the order of a user's way; the summaries stand here so that `mrctl --help` imports no command.
+COMMANDS = {
+    "demo": "the whole story on a simulated car: compare ways to command the dampers, draw a report",
+    "run": "the controller: sensor frames in, current commands out",
+    "plant": "a simulated car on the same bus, for loop tests",
+    "check": "is this calibration, configuration or DBC sound?",
+    "predict": "add the model's force to a measured run",
+    "invert": "add the current that makes a run's force",
+    "safe-frame": "put a last 0 A command on the bus, for service managers",
+}
+
+
+class Command(Protocol):
+    """What a command's module must have."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Declare options; set `parser.epilog` to examples."""
+
+    def run(self, args: argparse.Namespace) -> int:
+        """Do it; returns the exit status."""
+
+
+def build_parser(chosen: str | None) -> argparse.ArgumentParser:
+    """The parser of all commands; only the chosen one's module is imported."""
+    parser = argparse.ArgumentParser(
+        prog="mrctl",
+        description="Makes a magnetorheological damper do what a control law asks.",
+        epilog="`mrctl COMMAND --help` explains a command and gives an example.",
+    )
+    parser.add_argument("--version", action="version", version=f"mrctl {mrctl.__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, summary in COMMANDS.items():
+        sub = commands.add_parser(
+            name,
+            help=summary,
+            description=f"{summary[0].upper()}{summary[1:]}.",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        if name == chosen:
+            module = load_command(name)
+            module.add_arguments(sub)
+            sub.set_defaults(run=module.run)
+    return parser
+
+
+def load_command(name: str) -> Command:
+    """The module of a command."""
+    module: Command = importlib.import_module(f"mrctl.cli.{name.replace('-', '_')}")
+    return module
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command line; returns the exit status."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    chosen = next((word for word in arguments if word in COMMANDS), None)
+    try:
+        args = build_parser(chosen).parse_args(arguments)
+        status: int = args.run(args)
+    except MrctlError as error:
+        lines = [str(p) for p in error.problems] if isinstance(error, InputError) else [str(error)]
+        for line in lines:
+            print(f"error: {line}", file=sys.stderr)
+        return error.exit_status
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:  # the reader, `head` perhaps, has had enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return status
+
+
+def entry_point() -> None:
+    """The `mrctl` program."""
+    sys.exit(main())

@@ -1,0 +1,111 @@
+"""One input signal of one damper: whether what arrives is plausible, and whether it is fresh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Fault(IntEnum):
+    """Why a signal is not used; the order is that of the fault codes on the bus."""
+
+    NONE = 0
+    MISSING = 1
+    NOT_AVAILABLE = 2
+    CRC = 3
+    COUNTER = 4
+    RANGE = 5
+    RATE = 6
+    MALFORMED = 7
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelRules:
+    """What a signal must keep to. Times in s, limits in the signal's unit, rate_max in unit per s."""
+
+    timeout_s: float
+    minimum: float
+    maximum: float
+    rate_max: float
+    limp_after_s: float | None  # how long a substitute will do after the signal was good; None: for ever
+
+
+class Channel:
+    """The last good value of a signal, its age, and whether it may be used.
+
+    A signal is used (`ok`) after a run of good values and until its last good one is older than its time-out.
+    One bad value in between is passed over: the last good one stands in. The change that is plausible grows
+    with the time since then, so no jump, however large, locks a signal out for good.
+    """
+
+    __slots__ = (
+        "_bridging",
+        "_change_max",
+        "_limp_after",
+        "_maximum",
+        "_minimum",
+        "_run",
+        "_run_wanted",
+        "_timeout",
+        "fault",
+        "last",
+        "ok",
+        "value",
+    )
+
+    def __init__(self, rules: ChannelRules, dt_s: float, good_frames: int, start: float = 0.0) -> None:
+        """start: value before any arrives; good_frames: good ones in a row that make the signal usable."""
+        self._minimum = rules.minimum
+        self._maximum = rules.maximum
+        self._change_max = rules.rate_max * dt_s
+        self._timeout = max(1, round(rules.timeout_s / dt_s))
+        self._limp_after = None if rules.limp_after_s is None else round(rules.limp_after_s / dt_s)
+        self._run_wanted = good_frames
+        self._run = 0
+        self.value = start
+        self.last: int | None = None  # tick of the last good value
+        self.ok = False
+        self._bridging = False  # was ok, and not gone for too long since
+        self.fault = Fault.MISSING
+
+    def take(self, value: float, now: int) -> Fault:
+        """A value that arrived in tick `now`; returns why it is refused, or NONE."""
+        if value != value:  # noqa: PLR0124  # NaN: the sender says "not available"
+            return self.refuse(Fault.NOT_AVAILABLE)
+        if not self._minimum <= value <= self._maximum:
+            return self.refuse(Fault.RANGE)
+        last = self.last
+        if last is not None and abs(value - self.value) > self._change_max * (now - last + 1):
+            return self.refuse(Fault.RATE)
+        self.value = value
+        self.last = now
+        self.fault = Fault.NONE
+        if self._run < self._run_wanted:
+            self._run += 1
+        return Fault.NONE
+
+    def refuse(self, fault: Fault) -> Fault:
+        """Note that a frame or value was refused: the run of good ones ends."""
+        self.fault = fault
+        self._run = 0
+        return fault
+
+    def update(self, now: int) -> bool:
+        """Whether the signal may be used in tick `now`."""
+        last = self.last
+        if last is None or now - last > self._timeout:
+            self.ok = False
+            self._run = 0
+            if self.fault is Fault.NONE:
+                self.fault = Fault.MISSING
+        elif not self.ok and self._run >= self._run_wanted:
+            self.ok = self._bridging = True
+        return self.ok
+
+    def substitutable(self, now: int) -> bool:
+        """Whether, not ok, the signal may still be stood in for; if once not, then not until it is ok again."""
+        if self._limp_after is None:
+            return True
+        if self._bridging and (self.last is None or now - self.last > self._limp_after):
+            self._bridging = False
+        return self._bridging

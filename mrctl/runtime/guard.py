@@ -1,0 +1,45 @@
+"""The output guard: the last thing between the controller and the bus, and independent of it.
+
+It works in the raw counts that go onto the bus and knows only what it sent before. Whatever it is given, what
+leaves is a whole number of counts, in range, within the slew limit of what left last, and made in this tick.
+"""
+
+from __future__ import annotations
+
+import math
+
+
+class OutputGuard:
+    """Guards the current command of one damper."""
+
+    __slots__ = ("_fallback", "_maximum", "_step", "_unit_a", "raw")
+
+    def __init__(
+        self, current_max_a: float, slew_a_s: float, dt_s: float, fallback_a: float, unit_a: float
+    ) -> None:
+        """fallback_a: the current to go to when none can be trusted; unit_a: one count on the bus, in A.
+
+        Raises ValueError when the slew limit is less than a count a tick: the current could never move.
+        """
+        self._unit_a = unit_a
+        self._maximum = math.floor(current_max_a / unit_a + 1e-9)
+        self._step = math.floor(slew_a_s * dt_s / unit_a + 1e-9)
+        self._fallback = min(self._maximum, max(0, round(fallback_a / unit_a)))
+        if self._step < 1:
+            raise ValueError(
+                f"a slew limit of {slew_a_s:g} A/s moves less than {unit_a:g} A in {dt_s:g} s; raise it"
+            )
+        self.raw = 0
+
+    def apply(self, current_a: float, made_in: int, now: int) -> tuple[float, bool]:
+        """The current that may leave in tick `now`, in A, and whether the guard had to step in.
+
+        current_a: what the controller asks for, in tick `made_in`; a stale or non-finite one is replaced
+        by the fallback. One count of rounding is not called stepping in.
+        """
+        trusted = made_in == now and math.isfinite(current_a)
+        wanted = round(min(max(current_a, -1e6), 1e6) / self._unit_a) if trusted else self._fallback
+        low = max(0, self.raw - self._step)
+        high = min(self._maximum, self.raw + self._step)
+        self.raw = min(max(wanted, low), high)
+        return self.raw * self._unit_a, not trusted or abs(self.raw - wanted) > 1

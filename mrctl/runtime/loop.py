@@ -1,0 +1,87 @@
+"""The fixed-step loop: the only place on the vehicle that knows the time.
+
+The schedule is absolute: tick n is due at start + n periods, so lateness does not add up. A tick that comes
+more than a period late runs once, and the periods it missed are counted and handed to the tick, which
+advances its filters by as many: no bursts.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from mrctl.runtime.lateness import Lateness
+from mrctl.runtime.tick import Frame, LoopFigures, Tick
+
+NANOSECONDS = 1_000_000_000
+
+
+class FramePort(Protocol):
+    """What the loop needs of a bus."""
+
+    def receive(self) -> list[Frame]:
+        """All frames that have arrived; never waits."""
+
+    def send(self, can_id: int, data: bytes) -> bool:
+        """Whether the frame could be queued; never waits and never raises."""
+
+
+class Loop:
+    """Runs a tick at a fixed rate on a port until told to stop."""
+
+    def __init__(
+        self,
+        tick: Tick,
+        port: FramePort,
+        rate_hz: float,
+        *,
+        after_tick: Callable[[int], None] | None = None,
+        clock_ns: Callable[[], int] = time.monotonic_ns,
+        sleep_s: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """after_tick: called in the slack of each tick with the tick's number; must be quick."""
+        self._tick = tick
+        self._port = port
+        self._period_ns = round(NANOSECONDS / rate_hz)
+        self._after_tick = after_tick
+        self._clock_ns = clock_ns
+        self._sleep_s = sleep_s
+        self._lateness = Lateness()
+        self._window = max(1, round(rate_hz))  # the health figures are those of the last second
+        self.ticks = 0
+        self.skipped = 0
+        self.unsent = 0  # frames that the bus did not take
+        self.figures = LoopFigures()
+
+    def run(self, until: Callable[[], bool]) -> None:
+        """Run until `until()`, asked after every tick, is true.
+
+        ticks + skipped is the number of periods elapsed, exactly.
+        """
+        period, clock, sleep = self._period_ns, self._clock_ns, self._sleep_s
+        tick, port, lateness = self._tick, self._port, self._lateness
+        due = clock() + period
+        while True:
+            wait = due - clock()
+            if wait > 0:
+                sleep(wait / NANOSECONDS)
+            late = clock() - due
+            missed = 0
+            if late >= period:
+                missed = late // period
+                self.skipped += missed
+                due += missed * period
+            lateness.add(late)
+            for can_id, data in tick.step(port.receive(), 1 + missed, self.figures):
+                if not port.send(can_id, data):
+                    self.unsent += 1
+            self.ticks += 1
+            due += period
+            if self.ticks % self._window == 0:
+                self.figures = LoopFigures(*lateness.percentiles_us(), overruns=self.skipped)
+                lateness.clear()
+            if self._after_tick is not None:
+                self._after_tick(self.ticks)
+            if until():
+                return

@@ -1,0 +1,59 @@
+"""One kind of input frame: length, CRC and counter checked, decoded, handed to its channels."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from mrctl.can import e2e
+from mrctl.can.codec import make_decoder
+from mrctl.can.specs import FrameSpec
+from mrctl.runtime.channel import Channel, Fault
+
+# A step of the counter up to this is frames lost on the way; beyond it the frame is old or masqueraded.
+COUNTER_STEP_MAX = 5
+
+
+class FrameReceiver:
+    """Takes the payloads of one CAN ID. `channels`: any number for each signal, in the frame's order."""
+
+    __slots__ = ("_check", "_counter", "_data_ids", "_decode", "_length", "_rejected", "channels")
+
+    def __init__(
+        self, spec: FrameSpec, channels: Sequence[Sequence[Channel]], rejected: Counter[str]
+    ) -> None:
+        """rejected: where refused frames and values are counted, by reason."""
+        self._decode = make_decoder(spec)
+        self._check = e2e.check
+        self._data_ids = spec.data_ids
+        self._length = spec.length
+        self._counter: int | None = None
+        self._rejected = rejected
+        self.channels = tuple(tuple(of_signal) for of_signal in channels)
+
+    def take(self, data: bytes, now: int) -> bool:
+        """A payload that arrived in tick `now`; returns whether the frame was good (a value may not be)."""
+        if len(data) != self._length:
+            return self._refuse(Fault.MALFORMED)
+        if not self._check(data, self._data_ids):
+            return self._refuse(Fault.CRC)
+        counter = data[1] & 0xF
+        step = 1 if self._counter is None else (counter - self._counter) & 0xF
+        if step == 0:
+            return self._refuse(Fault.COUNTER)
+        self._counter = counter
+        if step > COUNTER_STEP_MAX:  # the next frame in order is accepted again
+            return self._refuse(Fault.COUNTER)
+        for value, of_signal in zip(self._decode(data), self.channels, strict=True):
+            for channel in of_signal:
+                fault = channel.take(value, now)
+                if fault:
+                    self._rejected[fault.name.lower()] += 1
+        return True
+
+    def _refuse(self, fault: Fault) -> bool:
+        self._rejected[fault.name.lower()] += 1
+        for of_signal in self.channels:
+            for channel in of_signal:
+                channel.refuse(fault)
+        return False

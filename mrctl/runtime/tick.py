@@ -1,0 +1,235 @@
+"""The tick: frames in, frames out, a function of its state, the frames and the periods elapsed.
+
+No clock and no I/O: live and replay run this same code, and the loop (loop.py) or the reader of a log decides
+which frames belong to a tick.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from mrctl.can.codec import make_encoder
+from mrctl.can.frames import CAUSE_CODE, State
+from mrctl.can.specs import ERROR_FLAG, REMOTE_FLAG, FrameSpec
+from mrctl.runtime.channel import Channel, ChannelRules, Fault
+from mrctl.runtime.corner import Corner, CornerPlan
+from mrctl.runtime.guard import OutputGuard
+from mrctl.runtime.receiver import FrameReceiver
+
+Frame = tuple[int, bytes]  # CAN ID with the flag bits of Linux, payload
+
+# Signal roles, and the names under which their faults go onto the bus.
+CAUSE_SOURCE = {
+    "relative_velocity": "RELATIVE_VELOCITY",
+    "body_velocity": "BODY_MOTION",
+    "body_acceleration": "BODY_MOTION",
+    "temperature": "CASE_TEMPERATURE",
+    "force_wish": "FORCE_WISH",
+}
+
+
+# The bus has no code for "nobody there": to its readers, the first input is missing.
+_SILENT_CODE = CAUSE_CODE["RELATIVE_VELOCITY_MISSING"]
+
+
+class LoopFigures(NamedTuple):
+    """What the loop tells the health frame; lateness in µs."""
+
+    lateness_p50_us: float = 0.0
+    lateness_p99_us: float = 0.0
+    lateness_max_us: float = 0.0
+    overruns: int = 0
+
+
+class StateChange(NamedTuple):
+    """One damper went into another state."""
+
+    tick: int
+    damper: str
+    before: State
+    after: State
+    cause: str
+
+
+@dataclass(frozen=True, slots=True)
+class TickPlan:
+    """All that the tick is built from.
+
+    frames_in: spec and, signal by signal, the (damper index, role) pairs that it feeds. The three frames
+    that go out, each with the number of ticks from one to the next.
+    """
+
+    dt_s: float
+    corners: tuple[CornerPlan, ...]
+    rules: Mapping[str, ChannelRules]
+    start_values: Mapping[str, float]  # by role: what a signal is taken for before it is known
+    frames_in: Sequence[tuple[FrameSpec, Sequence[Sequence[tuple[int, str]]]]]
+    command: FrameSpec
+    command_every: int
+    state: FrameSpec
+    state_every: int
+    health: FrameSpec
+    health_every: int
+    good_frames: int
+    init_timeout_s: float
+    bus_silent_off_s: float
+
+
+class _Sender:
+    """A cyclic frame: when it is due, and with which counter it leaves."""
+
+    __slots__ = ("_counter", "_encode", "_every", "_id", "_next")
+
+    def __init__(self, spec: FrameSpec, every: int) -> None:
+        self._encode = make_encoder(spec)
+        self._id = spec.linux_id
+        self._every = every
+        self._next = every
+        self._counter = 0
+
+    def due(self, now: int) -> bool:
+        if now < self._next:
+            return False
+        self._next += self._every * (
+            (now - self._next) // self._every + 1
+        )  # what was skipped is not made up for
+        return True
+
+    def frame(self, values: Sequence[float]) -> Frame:
+        self._counter += 1
+        return self._id, self._encode(values, self._counter)
+
+
+class Tick:
+    """The controller of all dampers."""
+
+    def __init__(self, plan: TickPlan) -> None:
+        """Raises ValueError or FilterError when a part of the plan cannot work at this step."""
+        dt = plan.dt_s
+        self._plan = plan
+        self.now = 0
+        self.rejected: Counter[str] = Counter()
+        self.foreign = 0  # frames with IDs that are none of ours
+        self.changes: list[StateChange] = []  # for the log; whoever reads them clears them
+        self._off: str | None = None
+        self._last_good = 0
+        self._init_ticks = round(plan.init_timeout_s / dt)
+        self._silent_ticks = round(plan.bus_silent_off_s / dt)
+        roles: list[set[str]] = [set() for _ in plan.corners]
+        for _, signals in plan.frames_in:
+            for of_signal in signals:
+                for corner, role in of_signal:
+                    roles[corner].add(role)
+        channels = [
+            {
+                role: Channel(plan.rules[role], dt, plan.good_frames, plan.start_values.get(role, 0.0))
+                for role in of_corner
+            }
+            for of_corner in roles
+        ]
+        self.corners = tuple(Corner(c, own, dt) for c, own in zip(plan.corners, channels, strict=True))
+        self.receivers = {
+            spec.linux_id: FrameReceiver(
+                spec, [[channels[c][role] for c, role in of_signal] for of_signal in signals], self.rejected
+            )
+            for spec, signals in plan.frames_in
+        }
+        unit = plan.command.signals[0].factor
+        self.guards = tuple(
+            OutputGuard(c.current_max_a, c.slew_a_s, dt, c.limp_current_a, unit) for c in plan.corners
+        )
+        self.guarded = [False] * len(plan.corners)  # since the last state frame
+        self._command = _Sender(plan.command, plan.command_every)
+        self._state = _Sender(plan.state, plan.state_every)
+        self._health = _Sender(plan.health, plan.health_every)
+        self._states = [corner.state for corner in self.corners]
+
+    @property
+    def wanted_ids(self) -> tuple[int, ...]:
+        """The CAN IDs that the tick listens to, with the extended flag where they have it."""
+        return tuple(self.receivers)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether every current that left last is 0 A."""
+        return all(guard.raw == 0 for guard in self.guards)
+
+    def shut_down(self) -> None:
+        """From now on every damper is OFF: its current is ramped to 0 A and stays there."""
+        self._off = "SHUTDOWN"
+
+    def step(
+        self, frames: Iterable[Frame], periods: int = 1, figures: LoopFigures | None = None
+    ) -> list[Frame]:
+        """Advance by one tick; returns the frames to send.
+
+        frames: all that arrived since the last tick, oldest first. periods: loop periods since then, more
+        than 1 when ticks were skipped. figures: for the health frame.
+        """
+        now = self.now = self.now + periods
+        receivers = self.receivers
+        for can_id, data in frames:
+            receiver = receivers.get(can_id)
+            if receiver is None:
+                self._count_stray(can_id)
+            elif receiver.take(data, now):
+                self._last_good = now
+        starting = now <= self._init_ticks
+        off = self._off
+        if off is None and now - self._last_good > self._silent_ticks:
+            off = "BUS_SILENT"
+        for index, (corner, guard) in enumerate(zip(self.corners, self.guards, strict=True)):
+            wanted = corner.step(now, periods, starting=starting, off=off)
+            issued, stepped_in = guard.apply(wanted, corner.made_in, now)
+            corner.issued(issued)
+            if stepped_in:
+                self.guarded[index] = True
+            if corner.state is not self._states[index]:
+                self._note_change(index, corner)
+        return self._frames_out(now, figures)
+
+    def cause_of(self, corner: Corner) -> str:
+        """The cause of a damper's state, in words of the DBC where it has one."""
+        source, fault = corner.cause
+        return source if fault is Fault.NONE else f"{CAUSE_SOURCE[source]}_{fault.name}"
+
+    def _frames_out(self, now: int, figures: LoopFigures | None) -> list[Frame]:
+        out = []
+        if self._command.due(now):
+            out.append(self._command.frame([corner.current_a for corner in self.corners]))
+        if self._state.due(now):
+            out.append(self._state.frame(self._state_values()))
+            self.guarded = [False] * len(self.corners)
+        if self._health.due(now):
+            loop = figures or LoopFigures()
+            rejected, uptime_s = self.rejected.total(), now * self._plan.dt_s
+            out.append(self._health.frame([*loop, rejected, uptime_s]))
+        return out
+
+    def _state_values(self) -> list[float]:
+        corners = self.corners
+        return [
+            *(corner.state for corner in corners),
+            *(CAUSE_CODE.get(self.cause_of(corner), _SILENT_CODE) for corner in corners),
+            *(corner.clamped for corner in corners),
+            *(corner.saturated for corner in corners),
+            *self.guarded,
+        ]
+
+    def _note_change(self, index: int, corner: Corner) -> None:
+        before, self._states[index] = self._states[index], corner.state
+        cause = self.cause_of(corner)
+        self.changes.append(
+            StateChange(self.now, self._plan.corners[index].name, before, corner.state, cause)
+        )
+
+    def _count_stray(self, can_id: int) -> None:
+        if can_id & ERROR_FLAG:
+            self.rejected["error_frame"] += 1
+        elif can_id & REMOTE_FLAG:
+            self.rejected["remote_frame"] += 1
+        else:
+            self.foreign += 1
