@@ -103,7 +103,7 @@ class Channel:
         return self.ok
 
     def substitutable(self, now: int) -> bool:
-        """Whether, not ok, the signal may still be stood in for; if once not, then not until it is ok again."""
+        """Whether, not ok, the signal may still be stood in for; if once not, not until it is ok again."""
         if self._limp_after is None:
             return True
         if self._bridging and (self.last is None or now - self.last > self._limp_after):
