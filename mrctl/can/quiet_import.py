@@ -8,6 +8,7 @@ directly.
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,5 +35,9 @@ def without(name: str) -> Iterator[None]:
 with without("asammdf"):
     import can
     import cantools.database
+
+# What goes wrong is said by mrctl in its own words, not a second time by logging's handler of last resort.
+for _name in ("can", "cantools"):
+    logging.getLogger(_name).addHandler(logging.NullHandler())
 
 __all__ = ["can", "cantools"]

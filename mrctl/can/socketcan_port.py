@@ -1,0 +1,260 @@
+"""SocketCAN at the speed of the tick, and through everything that happens to an interface.
+
+python-can opens the socket; frames then go through the raw socket, four times faster than python-can's
+messages. What the kernel does (net/can/raw.c), and what follows:
+
+- a full receive buffer drops frames in silence: SO_RXQ_OVFL counts them, and the buffer is made large;
+- an interface that goes down reports ENETDOWN once, and the same socket works when it is up again;
+- an interface that is removed reports ENODEV once, forgets the socket's filters and unbinds it: filters and
+  bind() must be repeated once it is there again, tried every 100 ms.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import socket
+import struct
+import sys
+import time
+from collections.abc import Callable, Collection
+from enum import Enum
+from typing import Any, Final, Protocol
+
+from mrctl.can import linux
+from mrctl.can.ports import FRAMES_PER_CALL, EventLog, LinkEvent, PortCounters
+from mrctl.can.quiet_import import can
+from mrctl.can.specs import ERROR_FLAG
+from mrctl.errors import BusError
+
+RETRY_S: Final = 0.1
+RECEIVE_BUFFER_BYTES: Final = 4 << 20
+
+_DOWN: Final = frozenset({errno.ENETDOWN})
+_GONE: Final = frozenset({errno.ENODEV, errno.ENXIO})
+_LONGEST: Final = linux.FD_FRAME.size
+_ANCILLARY_BYTES: Final = socket.CMSG_SPACE(4)  # room for SO_RXQ_OVFL
+_NO_SOCKETCAN: Final = frozenset({errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT})
+
+
+class _Link(Enum):
+    UP = "up"
+    DOWN = "down"
+    GONE = "gone"
+
+
+class _Bus(Protocol):
+    """What the port needs of python-can's SocketcanBus."""
+
+    socket: Any
+
+    def shutdown(self) -> None: ...
+
+
+def open_socketcan(channel: str, wanted_ids: Collection[int], *, fd: bool) -> SocketCanPort:
+    """Open a SocketCAN interface. Raises BusError with the mend where it is missing or cannot do CAN FD."""
+    virtual = channel.startswith("vcan")
+    with contextlib.ExitStack() as undo:
+        try:
+            bus: Any = can.Bus(
+                interface="socketcan",
+                channel=channel,
+                fd=fd,
+                ignore_rx_error_frames=True,
+                ignore_config=True,
+            )
+            undo.callback(bus.shutdown)
+            if fd and not linux.can_carry_fd(bus.socket, channel):
+                mend = "down mtu 72" if virtual else "down type can bitrate 500000 dbitrate 2000000 fd on"
+                raise BusError(
+                    f"CAN interface {channel} is not set up for CAN FD; sudo ip link set {channel} {mend}"
+                )
+            port = SocketCanPort(bus, channel, wanted_ids, fd=fd)
+        except (OSError, can.CanError) as error:
+            number = getattr(error, "errno", None)
+            if number in _GONE:
+                see = f"sudo ip link add {channel} type vcan" if virtual else "see ip link show type can"
+                raise BusError(f"CAN interface {channel} does not exist; {see}") from error
+            if number in _NO_SOCKETCAN:
+                mend = "sudo modprobe can-raw, or take another interface, such as virtual"
+                raise BusError(f"CAN interface {channel}: this kernel has no SocketCAN; {mend}") from error
+            raise BusError(f"CAN interface {channel} cannot be opened: {error}; check its name") from error
+        undo.pop_all()
+    return port
+
+
+class SocketCanPort:
+    """A port on a SocketCAN interface, which it survives: down, up, removed, added again."""
+
+    def __init__(
+        self,
+        bus: _Bus,
+        channel: str,
+        wanted_ids: Collection[int],
+        *,
+        fd: bool = False,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.counters = PortCounters()
+        self.channel = channel
+        self._bus = bus
+        self._socket = bus.socket
+        self._fd = fd
+        self._clock_s = clock_s
+        self._filters = b"".join(linux.receive_filter(can_id) for can_id in sorted(set(wanted_ids)))
+        self._events = EventLog()
+        self._link = _Link.UP
+        self._retry_at_s = 0.0
+        self._refusing = False
+        self._receive_failing = False
+        self._dropped_before = 0
+        self._last_bus_event = "bus_restarted"
+        self._prepare()
+
+    def receive(self) -> list[tuple[int, bytes]]:
+        """Everything that waits; see Port."""
+        if self._link is not _Link.UP:
+            self._try_again()
+        frames: list[tuple[int, bytes]] = []
+        recvmsg, header, offset = self._socket.recvmsg, linux.HEADER.unpack_from, linux.DATA_OFFSET
+        for _ in range(FRAMES_PER_CALL):
+            try:
+                frame, ancillary, _flags, _address = recvmsg(_LONGEST, _ANCILLARY_BYTES)
+            except BlockingIOError:
+                break
+            except OSError as error:
+                if self._link_failed(error):
+                    continue  # said once; what had been queued before is still there
+                if not self._receive_failing:
+                    self._receive_failing = True
+                    self._events.add("receive_failed", f"{self.channel}: {error.strerror}")
+                break
+            self._receive_failing = False
+            if ancillary:
+                self._count_dropped(ancillary)
+            can_id, length = header(frame)
+            data = frame[offset : offset + length]
+            if can_id & ERROR_FLAG:
+                self._bus_error(can_id, data)
+            frames.append((can_id, data))
+        self.counters.received += len(frames)
+        return frames
+
+    def send(self, can_id: int, data: bytes) -> bool:
+        """Queue a frame; see Port."""
+        length = len(data)
+        try:
+            if self._fd:
+                self._socket.send(linux.FD_FRAME.pack(can_id, length, linux.BIT_RATE_SWITCH, data))
+            else:
+                self._socket.send(linux.CLASSIC_FRAME.pack(can_id, length, data))
+        except OSError as error:
+            self.counters.send_failed += 1
+            self._link_failed(error)
+            if not self._refusing and self._link is _Link.UP:
+                self._refusing = True
+                self._events.add("send_refused", f"{self.channel}: {error.strerror}")
+            return False
+        self.counters.sent += 1
+        if self._refusing:
+            self._refusing = False
+            self._events.add("send_resumed", f"{self.channel} takes frames again")
+        return True
+
+    def take_events(self) -> list[LinkEvent]:
+        """What happened to the link since the last call."""
+        return self._events.take()
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._bus.shutdown()
+
+    def _prepare(self) -> None:
+        """Set the socket up once: it never waits, says what it drops, and holds a long burst."""
+        self._socket.setblocking(False)
+        for option, value in (
+            (linux.SO_TIMESTAMPNS, 0),  # python-can asks for them, nobody here reads them
+            (linux.SO_RXQ_OVFL, 1),
+            (socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES),
+            (linux.SO_RCVBUFFORCE, RECEIVE_BUFFER_BYTES),  # beyond rmem_max: for those who may
+        ):
+            with contextlib.suppress(OSError):
+                self._socket.setsockopt(socket.SOL_SOCKET, option, value)
+        self._set_filters()
+        try:
+            if not linux.interface_is_up(self._socket, self.channel):
+                self._set_link(_Link.DOWN)
+        except OSError as error:
+            self._link_failed(error)
+
+    def _set_filters(self) -> None:
+        errors = struct.pack("=I", linux.ERR_CONTROLLER | linux.ERR_BUS_OFF | linux.ERR_RESTARTED)
+        self._socket.setsockopt(linux.SOL_CAN_RAW, linux.CAN_RAW_ERR_FILTER, errors)
+        self._socket.setsockopt(linux.SOL_CAN_RAW, linux.CAN_RAW_FILTER, self._filters)
+
+    def _link_failed(self, error: OSError) -> bool:
+        """Follow an error that tells of the link; True when that changed what is known of it."""
+        before = self._link
+        if error.errno in _GONE:
+            self._set_link(_Link.GONE)
+        elif error.errno in _DOWN and before is _Link.UP:
+            self._set_link(_Link.DOWN)
+        return self._link is not before
+
+    def _set_link(self, link: _Link) -> None:
+        if link is self._link:
+            return
+        before, self._link = self._link, link
+        if link is _Link.UP:
+            self.counters.reopened += 1
+            self._events.add("link_up", f"{self.channel} is up")
+            return
+        if before is _Link.UP:
+            self.counters.down += 1
+            self._retry_at_s = self._clock_s() + RETRY_S
+        if link is _Link.GONE:
+            self._events.add("link_gone", f"{self.channel} was removed; trying to bind every {RETRY_S:g} s")
+        elif before is _Link.GONE:
+            self._events.add("link_back", f"{self.channel} is there again")
+        else:
+            self._events.add("link_down", f"{self.channel} is down; ip link set {self.channel} up")
+
+    def _try_again(self) -> None:
+        now_s = self._clock_s()
+        if now_s < self._retry_at_s:
+            return
+        self._retry_at_s = now_s + RETRY_S
+        try:
+            if self._link is _Link.GONE:
+                self._set_filters()  # first, so that nothing unwanted slips in between
+                self._socket.bind((self.channel,))
+                self._set_link(_Link.DOWN)
+            if linux.interface_is_up(self._socket, self.channel):
+                self._set_link(_Link.UP)
+        except OSError as error:
+            self._link_failed(error)
+
+    def _count_dropped(self, ancillary: list[tuple[int, int, bytes]]) -> None:
+        for level, kind, data in ancillary:
+            if level == socket.SOL_SOCKET and kind == linux.SO_RXQ_OVFL:
+                # The kernel counts up from 0 and wraps at 32 bits.
+                total = int.from_bytes(data[:4], sys.byteorder)
+                lost = total - self._dropped_before & 0xFFFFFFFF
+                if lost:
+                    self._dropped_before = total
+                    self.counters.dropped += lost
+                    self._events.add("frames_dropped", f"{self.channel}: {lost} frames lost, buffer full")
+
+    def _bus_error(self, can_id: int, data: bytes) -> None:
+        self.counters.error_frames += 1
+        if can_id & linux.ERR_BUS_OFF:
+            kind, detail = "bus_off", "is off the bus; with `type can restart-ms 100` it comes back by itself"
+        elif can_id & linux.ERR_RESTARTED:
+            kind, detail = "bus_restarted", "is back on the bus"
+        elif can_id & linux.ERR_CONTROLLER and len(data) > 1 and data[1] & linux.CONTROLLER_PASSIVE:
+            kind, detail = "bus_errors", "is error-passive: check wiring, termination and bit rate"
+        else:
+            return
+        if kind != self._last_bus_event:
+            self._last_bus_event = kind
+            self._events.add(kind, f"the controller of {self.channel} {detail}")
