@@ -100,3 +100,13 @@ def line_pattern(name: str, **values: str | int) -> str:
         for shift in (byte + 4, byte)
     ]
     return f" {message.frame_id:03X}#{''.join(nibbles)}$"
+
+
+def currents(frame: Frame) -> list[float]:
+    """The four commanded currents of a CurrentCommand frame, A."""
+    return [float(value) for name, value in decode(frame).items() if re.fullmatch(r"Cur_[FR][LR]", name)]
+
+
+def states(frame: Frame) -> list[str]:
+    """The state of each damper in a ControllerState frame."""
+    return [str(value) for name, value in decode(frame).items() if name.startswith("State_")]

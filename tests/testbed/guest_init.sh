@@ -69,4 +69,6 @@ printf '[Unit]\nDefaultDependencies=no\nRequires=bed.service\n' >"$root/etc/syst
 umount /sys
 umount /proc
 cd "$root" || die "no $root"
+# Moved, not only chroot: the kernel refuses user namespaces (PrivateUsers=) to whoever sits in a chroot.
+mount --move . / || die "cannot move the root"
 exec chroot . /lib/systemd/systemd --unit=bed.target --show-status=no --log-level=warning

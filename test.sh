@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# Installs all that the tests need and runs every check; what CI runs is this script and nothing else.
+# For a single test: `pytest tests/model -k saturates` in the same environment.
+#
+# Python packages go into $VIRTUAL_ENV if one is active, else into .venv-test. Debian packages are installed when
+# this is root; otherwise it says which ones are missing. PYTHON=python3.12 chooses the interpreter of .venv-test.
+set -euo pipefail
+cd "$(dirname "$0")"
+export PATH="$PATH:/usr/sbin:/sbin"
+
+say() { printf '\n== %s\n' "$*"; }
+
+# What the machine must have: a user-mode kernel with CAN, systemd, and a browser that opens the reports.
+missing=()
+need() { command -v "$1" >/dev/null || missing+=("$2"); }
+need linux.uml user-mode-linux
+need candump can-utils
+need ip iproute2
+need insmod kmod
+need chrt util-linux
+need ps procps
+need chromium chromium
+[ -x /lib/systemd/systemd ] || missing+=(systemd)
+if [ -z "${VIRTUAL_ENV:-}" ]; then
+  need "${PYTHON:=python3}" python3
+  "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null || missing+=(python3-venv)
+fi
+if [ "${#missing[@]}" -gt 0 ]; then
+  if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
+    echo "error: these Debian packages are missing: ${missing[*]}; apt-get install them as root, then try again" >&2
+    exit 2
+  fi
+  say "installing ${missing[*]}"
+  export DEBIAN_FRONTEND=noninteractive
+  apt-get update -qq
+  apt-get install -y -qq --no-install-recommends -o DPkg::Lock::Timeout=300 "${missing[@]}" >/dev/null
+fi
+
+if [ -z "${VIRTUAL_ENV:-}" ]; then
+  export VIRTUAL_ENV="$PWD/.venv-test"
+  [ -x "$VIRTUAL_ENV/bin/python" ] || "$PYTHON" -m venv "$VIRTUAL_ENV"
+fi
+export PATH="$VIRTUAL_ENV/bin:$PATH"
+python -c 'import sys; sys.exit(sys.version_info < (3, 11) and "error: Python 3.11 or newer is needed")'
+say "installing mrctl[dev] into $VIRTUAL_ENV"
+python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+
+failed=()
+check() {
+  say "$*"
+  "$@" || failed+=("$*")
+}
+check ruff check .
+check ruff format --check .
+check mypy
+check lint-imports
+
+# Exit status 5 of pytest (no test at all) is a failure like any other. The test bed keeps a core busy and waits
+# for real events, so it runs by itself.
+logs=$(mktemp -d)
+trap 'rm -rf "$logs"' EXIT
+tests() {
+  local name=$1
+  shift
+  say "pytest $*"
+  python -m pytest --color=no "$@" 2>&1 | tee "$logs/$name" || failed+=("pytest $*")
+}
+tests bulk -n auto --maxprocesses=8 -m 'not testbed'
+tests testbed -m testbed --durations=10
+
+say "summary"
+tail -qn 1 "$logs/bulk" "$logs/testbed"
+for what in "${failed[@]}"; do echo "FAILED: $what"; done
+count() { cat "$logs/bulk" "$logs/testbed" | grep -E '^(=|[0-9]+ ).* in [0-9.]+s' | grep -oE "[0-9]+ ($1)" | awk '{n += $1} END {print n + 0}'; }
+echo "$(count passed) passed, $(count 'failed|error|errors') failed"
+[ "${#failed[@]}" -eq 0 ]
