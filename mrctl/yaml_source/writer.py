@@ -1,0 +1,103 @@
+"""Writing YAML that people read: short mappings and lists on one line, comments above each block."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from mrctl.errors import InputError
+
+WIDTH = 100
+
+
+class _Dumper(yaml.SafeDumper):
+    """SafeDumper that indents lists and writes no aliases."""
+
+    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:  # noqa: FBT001, FBT002, ARG002 - PyYAML's signature
+        super().increase_indent(flow, False)
+
+    def ignore_aliases(self, data: Any) -> bool:  # noqa: ANN401, ARG002 - PyYAML's signature
+        return True
+
+
+class _Block(dict[str, Any]):
+    """A mapping that stands on lines of its own, however short."""
+
+
+def _is_scalar(value: object) -> bool:
+    return value is None or isinstance(value, str | int | float)
+
+
+def _sequence(dumper: yaml.SafeDumper, data: Sequence[Any]) -> yaml.Node:
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=all(map(_is_scalar, data)))
+
+
+def _mapping(dumper: yaml.SafeDumper, data: Mapping[str, Any]) -> yaml.Node:
+    flow = bool(data) and all(
+        isinstance(v, int | float) or v is None or (isinstance(v, str) and len(v) < 10) for v in data.values()
+    )
+    return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=flow)
+
+
+def _block(dumper: yaml.SafeDumper, data: _Block) -> yaml.Node:
+    return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=False)
+
+
+_Dumper.add_representer(_Block, _block)
+_Dumper.add_representer(list, _sequence)
+_Dumper.add_representer(tuple, _sequence)
+_Dumper.add_representer(dict, _mapping)
+
+
+def render(blocks: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
+    """YAML text of top-level blocks in order, each with its comment (may be empty) above it.
+
+    Floats are written with all their digits, so that reading gives the same floats again.
+    """
+    parts = []
+    for comment, block in blocks:
+        lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+        body = "".join(
+            yaml.dump(
+                _Block({key: value}),
+                Dumper=_Dumper,
+                sort_keys=False,
+                allow_unicode=True,
+                width=WIDTH,
+                default_flow_style=False,
+            )
+            for key, value in block.items()
+        )
+        parts.append("\n".join([*lines, body]))
+    return "\n".join(parts)
+
+
+def write_atomically(path: Path | str, text: str) -> None:
+    """Put the text at the path whole or not at all; raises InputError when it cannot be written there."""
+    target = Path(path)
+    aside: str | None = None
+    try:
+        handle, aside = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+            stream.flush()
+            os.fsync(stream.fileno())
+        mode = target.stat().st_mode & 0o777 if target.exists() else 0o644
+        Path(aside).chmod(mode)
+        Path(aside).replace(target)
+        aside = None
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError.at(
+            target, f"cannot be written ({reason})", "check the folder and its permissions"
+        ) from None
+    finally:
+        if aside is not None:
+            with contextlib.suppress(OSError):
+                Path(aside).unlink()
