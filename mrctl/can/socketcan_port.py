@@ -65,16 +65,17 @@ def open_socketcan(channel: str, wanted_ids: Collection[int], *, fd: bool) -> So
             )
             undo.callback(bus.shutdown)
             if fd and not linux.can_carry_fd(bus.socket, channel):
-                mend = "down mtu 72" if virtual else "down type can bitrate 500000 dbitrate 2000000 fd on"
+                mend = "mtu 72" if virtual else "type can bitrate 500000 dbitrate 2000000 fd on"
                 raise BusError(
-                    f"CAN interface {channel} is not set up for CAN FD; sudo ip link set {channel} {mend}"
+                    f"CAN interface {channel} is not set up for CAN FD; set it down, "
+                    f"sudo ip link set {channel} {mend}, and up again"
                 )
             port = SocketCanPort(bus, channel, wanted_ids, fd=fd)
         except (OSError, can.CanError) as error:
             number = getattr(error, "errno", None)
             if number in _GONE:
                 see = f"sudo ip link add {channel} type vcan" if virtual else "see ip link show type can"
-                raise BusError(f"CAN interface {channel} does not exist; {see}") from error
+                raise BusError(f"there is no CAN interface {channel}; {see}") from error
             if number in _NO_SOCKETCAN:
                 mend = "sudo modprobe can-raw, or take another interface, such as virtual"
                 raise BusError(f"CAN interface {channel}: this kernel has no SocketCAN; {mend}") from error
@@ -125,7 +126,7 @@ class SocketCanPort:
             except OSError as error:
                 if self._link_failed(error):
                     continue  # said once; what had been queued before is still there
-                if not self._receive_failing:
+                if error.errno not in _DOWN | _GONE and not self._receive_failing:
                     self._receive_failing = True
                     self._events.add("receive_failed", f"{self.channel}: {error.strerror}")
                 break
