@@ -89,17 +89,18 @@ def on_weight(current_a: float, off_below_a: float, on_above_a: float) -> float:
     return (current_a - off_below_a) / (on_above_a - off_below_a)
 
 
-def backbone_force(velocity_m_s: float, current_a: float, temperature_c: float, t: StaticTables) -> float:
-    """The static force in N, f(i) g(v) h(i, T) (Eq. 5.2)."""
+def force_level(current_a: float, temperature_c: float, t: StaticTables) -> float:
+    """The static force in N where g is 1: f(i) h(i, T)."""
     w = on_weight(current_a, t.off_below_a, t.on_above_a)
     h = interpolate(temperature_c, t.temperature_c, t.h_off)
     if w > 0.0:
         h += w * (interpolate(temperature_c, t.temperature_c, t.h_on) - h)
-    return (
-        interpolate(current_a, t.current_a, t.force_n)
-        * interpolate(velocity_m_s, t.velocity_m_s, t.shape)
-        * h
-    )
+    return interpolate(current_a, t.current_a, t.force_n) * h
+
+
+def backbone_force(velocity_m_s: float, current_a: float, temperature_c: float, t: StaticTables) -> float:
+    """The static force in N, f(i) g(v) h(i, T) (Eq. 5.2)."""
+    return force_level(current_a, temperature_c, t) * interpolate(velocity_m_s, t.velocity_m_s, t.shape)
 
 
 def invert_backbone(

@@ -1,0 +1,1 @@
+"""Physical effects beyond the separable model, one file each; `registry` finds them."""

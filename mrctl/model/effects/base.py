@@ -1,0 +1,247 @@
+"""What an effect is: a physical effect beyond f(i) g(v) h(i, T) with a linear filter, told in one file.
+
+Per sample, with the step dt, a damper with effects is
+
+    i1 = current effects(i)                        the current that makes the field
+    T1 = temperature effects(T, v, i1)             the fluid's temperature
+    v1, x1 = motion effects(v, x, i1, T1)          what the piston sees
+    b  = f(i1) g(v1) h(i1, T1) * factors(v1, x1, i1, T1)
+    b1 = yield effects(b, v1, x1, f h)             elasticity before the fluid yields
+    F  = H[b1] + sum of additive(v1, x1, a, i1, T1)
+    F  = output effects(limit effects(F, v1, x1))  what can build up, and what is measured of it
+
+A stage's effects all have a `step` with the same arguments (`ARGUMENTS`), in plain floats:
+
+    p      the effect's parameters, in the order of `Effect.parameters`; read only
+    s      its state, as `start` made it; changed in place
+    dt_s   the time since the last sample
+
+`step` is run as it is on the vehicle and compiled by numba at the desk. So: floats, `math`, indexing,
+loops, and calls of plain functions and of `mrctl.model.tables` and `mrctl.model.static` only; no
+keyword arguments, no strings, no exceptions, nothing that divides by zero inside the bounds.
+With all parameters neutral it must hand its input on exactly.
+
+`start(p, ..., dt_s)` takes what the step takes but the state, at the first sample, and returns the
+state in which that sample has lasted for ever. It runs in Python only and may use anything.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+
+class EffectError(ValueError):
+    """An effect's parameters or description do not hold together."""
+
+
+class Stage(StrEnum):
+    """Where in the damper an effect acts; the order here is the order of computation."""
+
+    CURRENT = "current"
+    TEMPERATURE = "temperature"
+    MOTION = "motion"
+    FACTOR = "factor"
+    YIELD = "yield"
+    ADDITIVE = "additive"
+    LIMIT = "limit"
+    OUTPUT = "output"
+
+
+class Undo(StrEnum):
+    """How the inverse model undoes an effect."""
+
+    SUBTRACT = "subtract"  # the effect's force is taken off the wish
+    DIVIDE = "divide"  # the wish is divided by the factor
+    LEAD = "lead"  # the effect's `undo` says what input makes the wanted output
+    OBSERVE = "observe"  # its state is followed with the commands sent; the static inverse then uses it
+    NOT_UNDONE = "not undone"
+
+
+_IN = "p", "s"
+ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
+    Stage.CURRENT: (*_IN, "current_a", "dt_s"),
+    Stage.TEMPERATURE: (*_IN, "temperature_c", "velocity_m_s", "current_a", "tables", "dt_s"),
+    Stage.MOTION: (
+        *_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "tables", "dt_s",
+    ),
+    Stage.FACTOR: (*_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "dt_s"),
+    Stage.YIELD: (*_IN, "force_n", "velocity_m_s", "displacement_m", "level_n", "dt_s"),
+    Stage.ADDITIVE: (
+        *_IN, "velocity_m_s", "displacement_m", "acceleration_m_s2", "current_a", "temperature_c", "dt_s",
+    ),
+    Stage.LIMIT: (*_IN, "force_n", "velocity_m_s", "displacement_m", "dt_s"),
+    Stage.OUTPUT: (*_IN, "force_n", "dt_s"),
+}  # fmt: skip
+"""The arguments of a stage's `step`. `level_n` is f(i1) h(i1, T1), the force where g is 1."""
+
+UNDONE_BY: Mapping[Stage, frozenset[Undo]] = {
+    Stage.CURRENT: frozenset({Undo.LEAD}),
+    Stage.TEMPERATURE: frozenset({Undo.OBSERVE}),
+    Stage.MOTION: frozenset({Undo.OBSERVE}),
+    Stage.FACTOR: frozenset({Undo.DIVIDE}),
+    Stage.YIELD: frozenset({Undo.LEAD}),
+    Stage.ADDITIVE: frozenset({Undo.SUBTRACT}),
+    Stage.LIMIT: frozenset({Undo.LEAD}),
+    Stage.OUTPUT: frozenset({Undo.LEAD}),
+}
+"""What `InversePipeline` can do for a stage, beside leaving an effect as it is."""
+
+SIGNALS = frozenset({"displacement", "acceleration"})
+"""What an effect may need beyond velocity, current and temperature."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of an effect. Its bounds are physics: a mass is never negative.
+
+    `neutral` together with the other neutral values makes the effect vanish exactly. `typical` is where
+    a fit starts and `scale` how large a change is of interest there. A fit leaves a `held` parameter at
+    its typical value unless asked. The force is `linear` in it when all else is fixed.
+    """
+
+    name: str
+    unit: str
+    neutral: float
+    low: float
+    high: float
+    typical: float
+    help: str
+    scale: float = 0.0  # 0 stands for |typical|
+    linear: bool = False
+    held: bool = False
+
+    @property
+    def step_scale(self) -> float:
+        """The magnitude of a change that matters, for optimisers; never 0."""
+        return self.scale or abs(self.typical) or (self.high - self.low)
+
+
+class Ranges(NamedTuple):
+    """The largest absolute values in a campaign, for effects whose start depends on the rig's reach."""
+
+    displacement_m: float
+    velocity_m_s: float
+    current_a: float
+    force_n: float
+
+
+Step = Callable[..., Any]
+Start = Callable[..., list[float]]
+Vector = tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One physical effect: what it is, its numbers, its step and its way back. See the module's text."""
+
+    name: str
+    stage: Stage
+    summary: str
+    equation: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    step: Step
+    inverse: Undo
+    inverse_note: str  # how exactly, or what it costs that it is not undone
+    start: Start | None = None  # None: the effect has no state
+    states: tuple[str, ...] = ()  # what the state holds, in words
+    needs: frozenset[str] = frozenset()
+    undo: Step | None = None  # for Undo.LEAD: step's arguments, its input replaced by the wanted output
+    guesses: Callable[[Ranges], Sequence[Vector]] | None = None  # starting points other than typical
+    derived: Callable[[Vector], Mapping[str, tuple[float, str]]] | None = None  # name: (value, unit)
+    rank: int = 0  # order within the stage; equal ranks go by name
+
+    @property
+    def neutral(self) -> Vector:
+        """The parameters at which the effect vanishes."""
+        return tuple(parameter.neutral for parameter in self.parameters)
+
+    @property
+    def typical(self) -> Vector:
+        """Parameters of the usual size."""
+        return tuple(parameter.typical for parameter in self.parameters)
+
+    def starting_points(self, ranges: Ranges) -> list[Vector]:
+        """Where a fit had best start, each point within the bounds."""
+        points = [self.typical] if self.guesses is None else list(self.guesses(ranges))
+        return [
+            tuple(min(max(x, p.low), p.high) for x, p in zip(point, self.parameters, strict=True))
+            for point in points
+        ]
+
+    def vector(self, values: Mapping[str, float]) -> Vector:
+        """The parameters in order. Raises EffectError naming every one missing, unknown or out of bounds."""
+        known = {parameter.name for parameter in self.parameters}
+        wrong = [f"unknown parameter {name}" for name in values if name not in known]
+        for parameter in self.parameters:
+            if parameter.name not in values:
+                wrong.append(f"{parameter.name} is missing")
+            elif not parameter.low <= values[parameter.name] <= parameter.high:
+                wrong.append(
+                    f"{parameter.name} = {values[parameter.name]:g} is outside "
+                    f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
+                )
+        if wrong:
+            raise EffectError(f"{self.name}: " + ", ".join(wrong))
+        return tuple(float(values[parameter.name]) for parameter in self.parameters)
+
+    def mapping(self, vector: Sequence[float]) -> dict[str, float]:
+        """The parameters by name."""
+        return {p.name: float(x) for p, x in zip(self.parameters, vector, strict=True)}
+
+    def initial(self, p: Vector, *first: Any) -> list[float]:  # noqa: ANN401 - as the stage's step
+        """The state at a first sample; `first` are the step's arguments after the state."""
+        return [] if self.start is None else [float(x) for x in self.start(p, *first)]
+
+
+def faults(effect: Effect) -> list[str]:
+    """What is wrong with an effect's description, in words; empty when it is sound."""
+    found = [
+        f"{what} is empty"
+        for what in ("name", "summary", "equation", "source", "inverse_note")
+        if not str(getattr(effect, what)).strip()
+    ]
+    if not effect.parameters:
+        found.append("it has no parameters")
+    names = [parameter.name for parameter in effect.parameters]
+    found += [f"parameter {name} stands twice" for name in sorted({n for n in names if names.count(n) > 1})]
+    for parameter in effect.parameters:
+        found += _parameter_faults(parameter)
+    found += [f"needs {signal}: not one of {sorted(SIGNALS)}" for signal in sorted(effect.needs - SIGNALS)]
+    expected = ARGUMENTS[effect.stage]
+    found += _signature_faults("step", effect.step, expected)
+    if effect.start is not None:
+        found += _signature_faults("start", effect.start, tuple(a for a in expected if a != "s"))
+    if bool(effect.states) != (effect.start is not None):
+        found.append("states and start belong together: words for the state, and what makes it")
+    if effect.inverse not in UNDONE_BY[effect.stage] | {Undo.NOT_UNDONE}:
+        found.append(f"a {effect.stage} effect is not undone by {effect.inverse}")
+    if (effect.inverse is Undo.LEAD) != (effect.undo is not None):
+        found.append("undo is there exactly when the inverse is a lead")
+    if effect.undo is not None:
+        found += _signature_faults("undo", effect.undo, expected)
+    return found
+
+
+def _parameter_faults(p: Parameter) -> Iterator[str]:
+    if not (p.help and p.unit):
+        yield f"parameter {p.name} lacks its unit or help (unit 1 where it has none)"
+    if not all(map(math.isfinite, (p.neutral, p.low, p.high, p.typical, p.scale))) or p.low >= p.high:
+        yield f"parameter {p.name} lacks finite bounds, low below high"
+    elif not (p.low <= p.neutral <= p.high and p.low <= p.typical <= p.high):
+        yield f"parameter {p.name} has its neutral or typical value outside its bounds"
+
+
+def _signature_faults(what: str, function: Step, expected: tuple[str, ...]) -> list[str]:
+    try:
+        actual = tuple(inspect.signature(function).parameters)
+    except (TypeError, ValueError):
+        return [f"{what} is not a plain function"]
+    if len(actual) != len(expected):
+        return [f"{what} takes ({', '.join(actual)}), its stage hands it ({', '.join(expected)})"]
+    return []

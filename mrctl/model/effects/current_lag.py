@@ -1,0 +1,64 @@
+"""Current lag: coil inductance and eddy currents delay the field behind the command."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+
+# The lead asks the driver for at most this many times the missing current; noise grows as much.
+LARGEST_LEAD = 5.0
+
+
+def _time_constant(p: Sequence[float], wanted_a: float, current_a: float) -> float:
+    return p[0] if wanted_a >= current_a else p[1]
+
+
+def step(p: Sequence[float], s: MutableSequence[float], current_a: float, dt_s: float) -> float:
+    """The current in A that makes the field; exact for a command that runs straight between samples."""
+    tau = _time_constant(p, current_a, s[0])
+    if tau <= 0.0:
+        field_a = current_a
+    else:
+        decay = math.exp(-dt_s / tau)
+        rise = (current_a - s[1]) * tau / dt_s
+        field_a = current_a - rise * (1.0 - decay) + (s[0] - s[1]) * decay
+    s[0] = field_a
+    s[1] = current_a
+    return field_a
+
+
+def start(p: Sequence[float], current_a: float, dt_s: float) -> list[float]:  # noqa: ARG001 - the stage's
+    """The command has lasted for ever."""
+    return [current_a, current_a]
+
+
+def undo(p: Sequence[float], s: MutableSequence[float], wanted_a: float, dt_s: float) -> float:
+    """The command in A that brings the field to the wanted value as fast as the largest lead allows."""
+    tau = _time_constant(p, wanted_a, s[0])
+    if tau <= 0.0:
+        return wanted_a
+    return s[0] + (wanted_a - s[0]) * min(1.0 / (1.0 - math.exp(-dt_s / tau)), LARGEST_LEAD)
+
+
+EFFECT = Effect(
+    name="current_lag",
+    stage=Stage.CURRENT,
+    summary="The field follows the command late: coil L/R and eddy currents, other up than down.",
+    equation="tau di1/dt + i1 = i, tau = rise time where i > i1, fall time where i < i1",
+    source="Response times of MR dampers: Koo, Goncalves, Ahmadian, Smart Mater. Struct. 15 (2006).",
+    parameters=(
+        Parameter("rise_time_s", "s", 0.0, 0.0, 0.2, 0.010, "time constant while the current rises"),
+        Parameter("fall_time_s", "s", 0.0, 0.0, 0.2, 0.010, "time constant while the current falls"),
+    ),
+    step=step,
+    inverse=Undo.LEAD,
+    inverse_note=(
+        "The coil's current is followed in the model and the command overshoots it by up to "
+        f"{LARGEST_LEAD:g} times what is missing, within the range and slew limit of the driver."
+    ),
+    start=start,
+    states=("current in the coil, A", "last command, A"),
+    undo=undo,
+)

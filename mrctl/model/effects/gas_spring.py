@@ -1,0 +1,62 @@
+"""Gas spring: the accumulator's pressure on the rod, rising with stroke."""
+# ruff: noqa: ARG001 - all effects of a stage take the same arguments
+
+from __future__ import annotations
+
+from collections.abc import Mapping, MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
+
+SMALLEST_VOLUME = 0.1  # the gas is never compressed below this share of its volume
+
+
+def step(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    acceleration_m_s2: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> float:
+    """The gas force in N."""
+    volume = max(1.0 - p[2] * displacement_m, SMALLEST_VOLUME)
+    return p[0] + p[1] * displacement_m / volume
+
+
+def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
+    return {"isothermal gas column V0/A": (1.0 / p[2], "m")} if p[2] else {}
+
+
+EFFECT = Effect(
+    name="gas_spring",
+    stage=Stage.ADDITIVE,
+    summary="The gas in the accumulator pushes on the rod, the harder the further it is compressed.",
+    equation="F = preload + stiffness x / (1 - progression x)",
+    source=(
+        "Accumulator law p0 A (V0 / (V0 - A x))^kappa in the parameters that data determine: "
+        "exact for kappa = 1, progression A/V0; otherwise progression is near (kappa + 1) A / (2 V0). "
+        "Dixon, The Shock Absorber Handbook, 2nd ed., ch. 5."
+    ),
+    parameters=(
+        Parameter(
+            "preload_n",
+            "N",
+            0.0,
+            -5e3,
+            5e3,
+            0.0,
+            "force at x = 0; < 0 pushes the rod out",
+            100.0,
+            linear=True,
+        ),
+        Parameter("stiffness_n_m", "N/m", 0.0, 0.0, 2e5, 8e3, "slope of the force at x = 0", linear=True),
+        Parameter("progression_per_m", "1/m", 0.0, -20.0, 20.0, 0.0, "how fast the slope grows with x", 2.0),
+    ),
+    step=step,
+    inverse=Undo.SUBTRACT,
+    inverse_note="Its force at the measured displacement is taken off the wish.",
+    needs=frozenset({"displacement"}),
+    derived=_derived,
+)

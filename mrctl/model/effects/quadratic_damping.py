@@ -1,0 +1,42 @@
+"""Quadratic damping: turbulent flow through orifices, not scaled by the current."""
+# ruff: noqa: ARG001 - all effects of a stage take the same arguments
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+
+
+def step(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    acceleration_m_s2: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> float:
+    """The orifice force in N."""
+    return p[0] * velocity_m_s * abs(velocity_m_s)
+
+
+def _guesses(ranges: Ranges) -> list[Vector]:
+    return [(0.05 * ranges.force_n / max(ranges.velocity_m_s, 0.01) ** 2,)]
+
+
+EFFECT = Effect(
+    name="quadratic_damping",
+    stage=Stage.ADDITIVE,
+    summary="Turbulent flow through an orifice: force with the square of velocity, whatever the current.",
+    equation="F = coefficient v |v|",
+    source="Orifice law dp = rho Q^2 / (2 Cd^2 A^2); Dixon, The Shock Absorber Handbook, 2nd ed., ch. 6.",
+    parameters=(
+        Parameter("coefficient_n_s2_m2", "N*s^2/m^2", 0.0, 0.0, 1e5, 400.0, "force at 1 m/s", linear=True),
+    ),
+    step=step,
+    inverse=Undo.SUBTRACT,
+    inverse_note="Its force at the measured velocity is taken off the wish.",
+    guesses=_guesses,
+)

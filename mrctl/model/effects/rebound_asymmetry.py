@@ -1,0 +1,60 @@
+"""Rebound asymmetry: compression has another f than rebound."""
+# ruff: noqa: ARG001 - all effects of a stage take the same arguments
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+
+SMALLEST_FACTOR = 0.05
+
+
+def step(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> float:
+    """The factor on the static force."""
+    if velocity_m_s >= 0.0:
+        return 1.0
+    return max(1.0 + p[0] + p[1] * current_a, SMALLEST_FACTOR)
+
+
+EFFECT = Effect(
+    name="rebound_asymmetry",
+    stage=Stage.FACTOR,
+    summary="Compression is damped by another force than rebound, in a ratio that may change with current.",
+    equation="factor = 1 in rebound (v >= 0), 1 + change + change_per_a i1 in compression (v < 0)",
+    source="Separate rebound and compression characteristics; Dixon, The Shock Absorber Handbook, ch. 7.",
+    parameters=(
+        Parameter(
+            "compression_change",
+            "1",
+            0.0,
+            -0.9,
+            3.0,
+            -0.15,
+            "relative change of the force at 0 A",
+            linear=True,
+        ),
+        Parameter(
+            "compression_change_per_a",
+            "1/A",
+            0.0,
+            -0.5,
+            0.5,
+            0.0,
+            "what each ampere adds to it",
+            0.03,
+            linear=True,
+        ),
+    ),
+    step=step,
+    inverse=Undo.DIVIDE,
+    inverse_note="The wish is divided by the factor, repeated until current and factor agree.",
+)

@@ -1,0 +1,48 @@
+"""Stroke-dependent damping: bypass grooves or a tapered bore scale the damping along the stroke."""
+# ruff: noqa: ARG001 - all effects of a stage take the same arguments
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+
+SMALLEST_FACTOR = 0.05
+
+
+def step(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> float:
+    """The factor on the static force."""
+    return max(1.0 + displacement_m * (p[0] + p[1] * displacement_m), SMALLEST_FACTOR)
+
+
+def _guesses(ranges: Ranges) -> list[Vector]:
+    reach = max(ranges.displacement_m, 1e-3)
+    return [(0.05 / reach, 0.1 / reach**2), (0.05 / reach, -0.1 / reach**2)]
+
+
+EFFECT = Effect(
+    name="stroke_dependent_damping",
+    stage=Stage.FACTOR,
+    summary="Damping changes along the stroke: bypass grooves, a tapered bore, a metering pin.",
+    equation="factor = 1 + slope x + curvature x^2",
+    source="Position-dependent (bypass) dampers, to second order in x; Dixon, The Shock Absorber Handbook.",
+    parameters=(
+        Parameter("slope_per_m", "1/m", 0.0, -200.0, 200.0, 3.0, "change of damping a metre", linear=True),
+        Parameter(
+            "curvature_per_m2", "1/m^2", 0.0, -2e4, 2e4, 200.0, "growth towards both ends", linear=True
+        ),
+    ),
+    step=step,
+    inverse=Undo.DIVIDE,
+    inverse_note="The wish is divided by the factor at the measured displacement.",
+    needs=frozenset({"displacement"}),
+    guesses=_guesses,
+)

@@ -1,0 +1,43 @@
+"""Viscous damping that the current does not scale: the plain oil behind the magnetic fluid."""
+# ruff: noqa: ARG001 - all effects of a stage take the same arguments
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+
+REFERENCE_C = 40.0  # the temperature at which viscosity grades are stated (ISO 3448)
+
+
+def step(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    acceleration_m_s2: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> float:
+    """The viscous force in N."""
+    return p[0] * math.exp(-p[1] * (temperature_c - REFERENCE_C)) * velocity_m_s
+
+
+EFFECT = Effect(
+    name="viscous_damping",
+    stage=Stage.ADDITIVE,
+    summary="Plain viscosity, not scaled by the current, and thinner when warm.",
+    equation="F = damping exp(-thinning (T - 40 degC)) v",
+    source="Bingham damper's viscous part (Stanway 1987) with Reynolds' exponential viscosity law.",
+    parameters=(
+        Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 400.0, "damping at 40 degC", linear=True),
+        Parameter(
+            "thinning_per_k", "1/K", 0.0, 0.0, 0.06, 0.015, "relative loss of viscosity a kelvin", 0.01
+        ),
+    ),
+    step=step,
+    inverse=Undo.SUBTRACT,
+    inverse_note="Its force at the measured velocity and temperature is taken off the wish.",
+)

@@ -1,0 +1,108 @@
+"""Compiles the model's plain functions with numba, on first use, and keeps the result on disk.
+
+The vehicle's functions are compiled as they stand: whatever plain function they call is made known to
+numba by following their globals, and `bisect_right`, which is C in Python, gets a body here. Machine code
+is kept in the user's cache folder under a digest of every source file that went into it, so that an
+effect whose file changes is compiled anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any, cast
+
+import numba
+from numba.core import config
+from numba.extending import register_jitable
+
+from mrctl.model.effects.base import Effect, Step
+from mrctl.simulate import extension, loops
+
+Kernel = Callable[..., None]
+
+_known: set[FunctionType] = set()
+
+
+@cache
+def kernel(effect: Effect) -> Kernel:
+    """The effect's step over whole arrays; see `loops` for its arguments."""
+    return compiled(loops.LOOPS[effect.stage], effect.step, effect.name)
+
+
+@cache
+def compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:
+    """The loop that `make_loop` builds around a step, compiled when first called."""
+    used = _make_known(cast("FunctionType", step))
+    loop = make_loop(step)
+    files = _source_files([make_loop, extension.bisect_right, *used])
+    if files is None:  # typed in at a prompt: nothing to tell two versions apart by
+        return cast("Kernel", numba.njit(nogil=True)(loop))
+    # numba keeps compiled code by this name: the digest in it makes stale code unreachable.
+    loop.__qualname__ = f"{name}_{_digest(files)}"
+    with _cache_folder() as there:
+        return cast("Kernel", numba.njit(nogil=True, cache=there)(loop))
+
+
+def _make_known(step: FunctionType) -> list[FunctionType]:
+    """Make a plain function, and all plain functions it calls, callable from compiled code; all of them."""
+    found: list[FunctionType] = []
+    todo = [step]
+    while todo:
+        function = todo.pop()
+        if function in found:
+            continue
+        found.append(function)
+        if function not in _known:
+            _known.add(function)
+            register_jitable(forceinline=True)(function)
+        names = function.__code__.co_names
+        todo += [f for f in map(function.__globals__.get, names) if isinstance(f, FunctionType)]
+    return found
+
+
+def _source_files(functions: list[Any]) -> list[Path] | None:
+    files = {Path(function.__code__.co_filename) for function in functions}
+    return sorted(files) if all(file.is_file() for file in files) else None
+
+
+def _digest(files: list[Path]) -> str:
+    digest = hashlib.sha256(f"{sys.version} {numba.__version__}".encode())
+    for file in files:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """Where compiled code is kept: MRCTL_CACHE_DIR, or the user's cache folder."""
+    given = os.environ.get("MRCTL_CACHE_DIR")
+    if given:
+        return Path(given)
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "mrctl"
+
+
+@contextmanager
+def _cache_folder() -> Iterator[bool]:
+    """Have numba cache in our folder for the while; False where none can be written."""
+    folder = cache_folder() / "compiled"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        yield False
+        return
+    if not os.access(folder, os.W_OK):
+        yield False
+        return
+    before = config.CACHE_DIR  # type: ignore[attr-defined]
+    config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
+    try:
+        yield True
+    finally:
+        config.CACHE_DIR = before  # type: ignore[attr-defined]

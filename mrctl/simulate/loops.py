@@ -1,0 +1,155 @@
+"""One loop a stage: a step over whole arrays of one run. Plain Python; `compiled` makes them fast.
+
+A loop takes what the stage's step takes, its signals as arrays (n), and writes `out` (n); motion
+effects write two. The state, an array, is left as it is after the last sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.model.effects.base import Stage, Step
+from mrctl.model.static import StaticTables
+
+Array = NDArray[np.float64]
+P = Sequence[float]
+LoopOf = Callable[[Step], Step]
+
+
+def borrowed(tables: StaticTables) -> StaticTables:
+    """The same tables; compiled, they are read without counting references to them at every sample."""
+    return tables
+
+
+def _current(step: Step) -> Step:
+    def loop(p: P, s: Array, current_a: Array, dt_s: float, out: Array) -> None:
+        for k in range(out.size):
+            out[k] = step(p, s, current_a[k], dt_s)
+
+    return loop
+
+
+def _temperature(step: Step) -> Step:
+    def loop(
+        p: P, s: Array, temperature_c: Array, velocity_m_s: Array, current_a: Array, tables: StaticTables,
+        dt_s: float, out: Array,
+    ) -> None:  # fmt: skip
+        t = borrowed(tables)
+        for k in range(out.size):
+            out[k] = step(p, s, temperature_c[k], velocity_m_s[k], current_a[k], t, dt_s)
+
+    return loop
+
+
+def _motion(step: Step) -> Step:
+    def loop(
+        p: P, s: Array, velocity_m_s: Array, displacement_m: Array, current_a: Array, temperature_c: Array,
+        tables: StaticTables, dt_s: float, out_v: Array, out_x: Array,
+    ) -> None:  # fmt: skip
+        t = borrowed(tables)
+        for k in range(out_v.size):
+            v, x = step(p, s, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], t, dt_s)
+            out_v[k] = v
+            out_x[k] = x
+
+    return loop
+
+
+def _factor(step: Step) -> Step:
+    def loop(
+        p: P, s: Array, velocity_m_s: Array, displacement_m: Array, current_a: Array, temperature_c: Array,
+        dt_s: float, out: Array,
+    ) -> None:  # fmt: skip
+        for k in range(out.size):
+            out[k] = step(p, s, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], dt_s)
+
+    return loop
+
+
+def _yield(step: Step) -> Step:
+    def loop(
+        p: P, s: Array, force_n: Array, velocity_m_s: Array, displacement_m: Array, level_n: Array,
+        dt_s: float, out: Array,
+    ) -> None:  # fmt: skip
+        for k in range(out.size):
+            out[k] = step(p, s, force_n[k], velocity_m_s[k], displacement_m[k], level_n[k], dt_s)
+
+    return loop
+
+
+def _additive(step: Step) -> Step:
+    def loop(
+        p: P, s: Array, velocity_m_s: Array, displacement_m: Array, acceleration_m_s2: Array,
+        current_a: Array, temperature_c: Array, dt_s: float, out: Array,
+    ) -> None:  # fmt: skip
+        for k in range(out.size):
+            out[k] = step(
+                p, s, velocity_m_s[k], displacement_m[k], acceleration_m_s2[k], current_a[k],
+                temperature_c[k], dt_s,
+            )  # fmt: skip
+
+    return loop
+
+
+def _limit(step: Step) -> Step:
+    def loop(
+        p: P, s: Array, force_n: Array, velocity_m_s: Array, displacement_m: Array, dt_s: float, out: Array
+    ) -> None:
+        for k in range(out.size):
+            out[k] = step(p, s, force_n[k], velocity_m_s[k], displacement_m[k], dt_s)
+
+    return loop
+
+
+def _output(step: Step) -> Step:
+    def loop(p: P, s: Array, force_n: Array, dt_s: float, out: Array) -> None:
+        for k in range(out.size):
+            out[k] = step(p, s, force_n[k], dt_s)
+
+    return loop
+
+
+def level(step: Step) -> Step:
+    """The loop over `force_level`."""
+
+    def loop(current_a: Array, temperature_c: Array, tables: StaticTables, out: Array) -> None:
+        t = borrowed(tables)
+        for k in range(out.size):
+            out[k] = step(current_a[k], temperature_c[k], t)
+
+    return loop
+
+
+def table(step: Step) -> Step:
+    """The loop over `interpolate`."""
+
+    def loop(x: Array, knots: Array, values: Array, out: Array) -> None:
+        for k in range(out.size):
+            out[k] = step(x[k], knots, values)
+
+    return loop
+
+
+def filtered(step: Step) -> Step:
+    """The loop over `iir_step`."""
+
+    def loop(c: P, s: Array, u: Array, out: Array) -> None:
+        for k in range(out.size):
+            out[k] = step(c, s, u[k])
+
+    return loop
+
+
+LOOPS: Mapping[Stage, LoopOf] = {
+    Stage.CURRENT: _current,
+    Stage.TEMPERATURE: _temperature,
+    Stage.MOTION: _motion,
+    Stage.FACTOR: _factor,
+    Stage.YIELD: _yield,
+    Stage.ADDITIVE: _additive,
+    Stage.LIMIT: _limit,
+    Stage.OUTPUT: _output,
+}
