@@ -96,15 +96,14 @@ def crosscheck(spec: FrameSpec, message: Any, samples: int = 33) -> None:  # noq
 
 def _decoding(signal: SignalSpec, name: str, length: int) -> str:
     word = "big" if signal.big_endian else "little"
-    raw = f"{word} >> {signal.shift(length)} & {signal.mask:#x}"
-    operand = f"({raw})" if signal.sna_raw is None else name
-    sign_bit = 1 << (signal.bits - 1)
-    number = f"(({operand} ^ {sign_bit:#x}) - {sign_bit:#x})" if signal.signed else operand
+    raw = f"({name} := {word} >> {signal.shift(length)} & {signal.mask:#x})"
+    first, number = "", raw
+    if signal.sna_raw is not None:
+        first, number = f"nan if {raw} == {signal.sna_raw & signal.mask:#x} else ", name
+    if signal.signed:
+        number = f"({name} if {number} < {1 << signal.bits - 1:#x} else {name} - {1 << signal.bits:#x})"
     offset = f" + {signal.offset!r}" if signal.offset else ""
-    value = f"{number} * {signal.factor!r}{offset}"
-    if signal.sna_raw is None:
-        return value
-    return f"nan if ({name} := {raw}) == {signal.sna_raw & signal.mask:#x} else {value}"
+    return f"{first}{number} * {signal.factor!r}{offset}"
 
 
 def _encoding(signal: SignalSpec, name: str) -> str:

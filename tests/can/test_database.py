@@ -40,7 +40,7 @@ def test_every_default_frame_has_its_own_identifier_cycle_and_data_ids() -> None
 
 def test_faster_frames_win_the_arbitration() -> None:
     by_priority = sorted(FRAMES.values(), key=lambda spec: spec.can_id)
-    cycles = [spec.cycle_s for spec in by_priority]
+    cycles = [spec.cycle_s or 0 for spec in by_priority]
     assert cycles == sorted(cycles)
 
 
