@@ -11,6 +11,8 @@ import numpy as np
 from mrctl.report.decimate import Floats
 from mrctl.report.svg import text_width
 
+_TINIEST = 1e-300
+"""Smaller numbers count as zero: they have no full precision."""
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -36,7 +38,7 @@ class Scale:
         """Px of the values; what a log axis cannot show becomes NaN."""
         low, high = self.low, self.high
         if self.log:
-            values = np.log10(np.where(values > 0, values, np.nan))
+            values = np.log10(np.where(values > _TINIEST, values, np.nan))
             low, high = math.log10(low), math.log10(high)
         return self.start + (values - low) / (high - low) * (self.end - self.start)
 
@@ -47,15 +49,18 @@ class Scale:
     def ticks(self, *, upright: bool = False) -> list[Tick]:
         """As many round ticks as stand apart, at least two; `upright`: a vertical axis."""
         length = abs(self.end - self.start)
-        if self.log and math.log10(self.high / self.low) >= 1.0:
-            return _log_ticks(self.low, self.high, length / (26.0 if upright else 44.0))
+        if self.log:
+            decades = _log_ticks(self.low, self.high, length / (26.0 if upright else 44.0))
+            if sum(tick.label != "" for tick in decades) > 1:
+                return decades
         chosen: list[Tick] = []
         for step in _steps(self.high - self.low):
             ticks = _linear_ticks(self.low, self.high, step)
             if upright:
                 room = 22.0 if length < 130.0 else 32.0
             else:
-                room = max((text_width(tick.label) for tick in ticks), default=0.0) + 16.0
+                widest = max((text_width(tick.label) for tick in ticks), default=0.0)
+                room = max(widest + 16.0, min(length / 10.0, 60.0))
             if (
                 len(ticks) > 1
                 and abs(self.at(ticks[-1].value) - self.at(ticks[-2].value)) < room
@@ -88,7 +93,7 @@ def _linear_ticks(low: float, high: float, step: float) -> list[Tick]:
 def _log_ticks(low: float, high: float, most: float) -> list[Tick]:
     """Decades, labelled as they fit; 2 and 5 too where there is room; fine lines at the other multiples."""
     first, last = math.floor(math.log10(low) + 1e-9), math.floor(math.log10(high) + 1e-9)
-    decades = math.log10(high / low)
+    decades = math.log10(high) - math.log10(low)
     every = max(1, math.ceil(decades / max(1.0, most)))
     multiples = (1, 2, 5) if 3 * decades <= most else (1,)
     ticks = []
@@ -131,7 +136,7 @@ def limits(
 ) -> tuple[float, float]:
     """The range that shows all finite values (on a log axis all positive ones) with a little room around."""
     found = [np.asarray(list(include), dtype=np.float64), *arrays]
-    values = np.concatenate([a[np.isfinite(a) & (a > 0 if log else True)] for a in found])
+    values = np.concatenate([a[np.isfinite(a) & (a > _TINIEST if log else True)] for a in found])
     if values.size == 0:
         return (1.0, 10.0) if log else (0.0, 1.0)
     low, high = float(values.min()), float(values.max())
@@ -140,7 +145,7 @@ def limits(
             return low / 2, high * 2
         room = (high / low) ** pad
         return low / room, high * room
-    if high - low <= 1e-12 * max(abs(low), abs(high)):
+    if high - low <= max(1e-12 * max(abs(low), abs(high)), _TINIEST):
         room = abs(low) * 0.1 or 1.0
         return low - room, high + room
     room = (high - low) * pad

@@ -55,10 +55,7 @@ def bar_plot(
     arrays = [floats(v) for g in bars for v in (g.values, g.low, g.high) if v is not None]
     marks = [r.value for r in references]
     low, high = limits(arrays, log=log, pad=0.0, include=marks if log else [0.0, *marks])
-    if log:
-        low, high = low / 1.6, high * 1.1
-    elif low < 0:
-        low -= 0.02 * (high - low)
+    low, high = (low / 1.6, high * 1.1) if log else _room(low, high, arrays)
     written = iter(format_column([float(v) for g in bars for v in floats(g.values)], digits))
     texts = [[next(written).replace("-", "−") for _ in categories] for _ in bars]
     one = len(bars) == 1
@@ -102,7 +99,7 @@ def waterfall(
     `steps` are (label, value after that step); the first is where it starts.
     """
     values = floats([value for _, value in steps])
-    _, high = limits([values], pad=0.0, include=[0.0, *([floor.value] if floor else [])])
+    low, high = _room(*limits([values], pad=0.0, include=[0.0, *([floor.value] if floor else [])]), [values])
     references = [floor] if floor else []
     pitch, thick = 22.0, 13.0
     written = format_column([float(v) for v in values], digits)
@@ -112,7 +109,7 @@ def waterfall(
         y = 16.0 if floor else 4.0
         left = min(max((text_width(label) for label, _ in steps), default=0.0) + 10, 0.42 * width)
         room = max((text_width(change) for change in changes), default=0.0)
-        x = Scale(0.0, high * 1.02, left, width - room - 12)
+        x = Scale(low, high, left, width - room - 12)
         bottom = y + pitch * len(steps)
         out = _axis(x, y, bottom, value_label, width)
         for row, (label, _) in enumerate(steps):
@@ -138,6 +135,12 @@ def waterfall(
     words = ", ".join(f"{label} {format_quantity(value, unit, digits)}" for label, value in steps)
     words = f"{value_label}: {words}." + (f" {floor.label}." if floor else "")
     return figure(title, description or words, draw, half=half)
+
+
+def _room(low: float, high: float, arrays: Sequence[Floats]) -> tuple[float, float]:
+    """A little room beyond the bars; bars that never go below zero start at the edge."""
+    below = any((a < 0).any() for a in arrays)
+    return (low - 0.02 * (high - low) if below else 0.0), high + 0.02 * (high - low)
 
 
 def _change(values: Floats, row: int) -> str:

@@ -30,10 +30,12 @@ def extremes(x: Floats, y: Floats, bins: int) -> tuple[Floats, Floats]:
     else:
         bin_of = np.arange(count) * bins // count
     starts = np.flatnonzero(np.diff(bin_of, prepend=-1))
-    keep = [starts, np.append(starts[1:], count) - 1]
+    sizes = np.diff(starts, append=count)
+    keep = [starts, starts + sizes - 1]
     for values in (y,) if rising else (y, x):
-        order = np.lexsort((values, bin_of))  # bins stay in place, values rise within each
-        keep += [order[starts], order[np.append(starts[1:], count) - 1]]
+        for extreme in (np.minimum, np.maximum):
+            hits = np.flatnonzero(values == np.repeat(extreme.reduceat(values, starts), sizes))
+            keep.append(hits[np.flatnonzero(np.diff(bin_of[hits], prepend=-1))])
     chosen = np.unique(np.concatenate(keep))
     return x[chosen], y[chosen]
 
@@ -68,12 +70,13 @@ def thin_cloud(x: Floats, y: Floats, most: int) -> tuple[Floats, Floats]:
     """A scatter of about `most` points: one per cell of a grid as coarse as needed, and the extremes."""
     cell = 0.5
     while len(x) > most:
-        cells = np.round(np.stack((x, y)) / cell).astype(np.int64)
-        _, chosen = np.unique(cells, axis=1, return_index=True)
+        columns, rows = np.round(x / cell).astype(np.int64), np.round(y / cell).astype(np.int64)
+        _, chosen = np.unique(columns * 1_000_003 + rows, return_index=True)
+        ends = [np.argmin(x), np.argmax(x), np.argmin(y), np.argmax(y)]
+        kept = np.unique(np.concatenate((chosen, ends)))
+        x, y = x[kept], y[kept]
         if len(chosen) <= most:
-            ends = [np.argmin(x), np.argmax(x), np.argmin(y), np.argmax(y)]
-            chosen = np.unique(np.concatenate((chosen, ends)))
-            return x[chosen], y[chosen]
+            break
         cell *= 1.4
     return x, y
 

@@ -44,11 +44,8 @@ def heat_map(
     rows, columns = grid.shape
     low, high = limits or _range(grid, diverging=diverging)
     letter = "v" if diverging else "q"
-    levels = (
-        np.clip(np.nan_to_num((grid - low) / (high - low)) * (RAMP_LEVELS - 1), 0, RAMP_LEVELS - 1)
-        .round()
-        .astype(int)
-    )
+    shares = np.nan_to_num((grid - low) / (high - low), posinf=1.0, neginf=0.0)
+    levels = np.clip(shares * (RAMP_LEVELS - 1), 0, RAMP_LEVELS - 1).round().astype(int)
     upward = not _texts(y)
     x_names, y_names = _names(x), _names(y)
 
@@ -112,9 +109,11 @@ def _range(grid: Floats, *, diverging: bool) -> tuple[float, float]:
         return (-1.0, 1.0) if diverging else (0.0, 1.0)
     low, high = float(finite.min()), float(finite.max())
     if diverging:
-        most = max(abs(low), abs(high)) or 1.0
+        most = max(abs(low), abs(high), 1e-300)
         return -most, most
-    return (low, high) if high > low else (low - 0.5, high + 0.5)
+    return (
+        (low, high) if high - low > max(1e-12 * max(abs(low), abs(high)), 1e-300) else (low - 0.5, high + 0.5)
+    )
 
 
 def _cell_text(value: float, digits: int) -> str:

@@ -14,10 +14,10 @@ from typing import Literal
 
 import mrctl
 from mrctl.errors import InputError
-from mrctl.report.series import Tone
 from mrctl.report.style import style_sheet
 from mrctl.report.svg import Figure, escape
 from mrctl.report.tables import Cell, Value, html_table
+from mrctl.report.theme import Tone
 
 # Nothing may be fetched and nothing run, whatever a file name or a calibration's text smuggles in.
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"

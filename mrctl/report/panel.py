@@ -163,6 +163,8 @@ def _curve(series: Series, x: Scale, y: Scale, class_: str, bins: int) -> list[s
 
 def _corners(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """A step line without the points between two corners, so that thinning leaves its edges upright."""
+    if len(x) < 3:
+        return x, y
     level = np.diff(y) == 0
     inner = np.concatenate(([False], level[1:] & level[:-1], [False]))
     return x[~inner], y[~inner]

@@ -13,6 +13,11 @@ from mrctl.report.quantity import format_duration
 
 T = TypeVar("T")
 
+
+def _speaks_unicode(stream: TextIO | None) -> bool:
+    return "utf" in (getattr(stream, "encoding", None) or "").lower()
+
+
 _REDRAW_S = 0.1
 _PLAIN_LINE_S = 10.0
 
@@ -40,9 +45,10 @@ class Progress:
         self.total = total
         self.done = 0.0
         self._note = ""
-        self._quiet = quiet
-        self._stream = stream or sys.stderr
-        self._tty = self._stream.isatty()
+        self._stream: TextIO | None = stream or sys.stderr  # None where standard error is closed
+        if quiet:
+            self._stream = None
+        self._tty = self._stream is not None and self._stream.isatty()
         self._clock = clock
         self._began = self._shown = clock()
 
@@ -99,14 +105,14 @@ class Progress:
         bar = ""
         if room >= 5:
             full = round(share * room)
-            filled, empty = ("━", "╌") if "utf" in (self._stream.encoding or "").lower() else ("#", ".")
+            filled, empty = ("━", "╌") if _speaks_unicode(self._stream) else ("#", ".")
             bar = f" {filled * full}{empty * (room - full)}"
         self._write(f"{self.label}{bar}{tail}  {self._note}".rstrip())
 
     def _write(self, line: str, *, final: bool = False) -> None:
-        if self._quiet:
+        if self._stream is None:
             return
-        line = "".join(c if c.isprintable() else "\ufffd" for c in line)
+        line = "".join(c if c.isprintable() else "?" for c in line)
         if self._tty:
             # One column stays free: a full line would wrap on some terminals and could not be redrawn.
             line = f"\r{line[: shutil.get_terminal_size().columns - 1]}\x1b[K"

@@ -37,7 +37,7 @@ def format_number(value: float | None, digits: int = 3) -> str:
         return MISSING
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if isinstance(value, int):  # a count is exact
+    if hasattr(value, "__index__"):  # a count, numpy's too, is exact
         return str(value)
     value = float(value)
     if value == 0.0:
@@ -53,7 +53,7 @@ def format_column(values: Sequence[float | None], digits: int = 3) -> list[str]:
     The smallest keeps one figure less if it can; what format_number writes with a power of ten stands alone.
     """
     plain = [abs(v) for v in values if v is not None and _SMALLEST_PLAIN <= abs(v) < _LARGEST_PLAIN]
-    if not plain or all(v is None or isinstance(v, int) for v in values):
+    if not plain or all(v is None or hasattr(v, "__index__") for v in values):
         return [format_number(v, digits) for v in values]
     fewest = decimals_for(max(plain), digits)
     decimals = min(max(fewest, decimals_for(min(plain), digits - 1)), fewest + 2)

@@ -9,9 +9,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from mrctl.report.decimate import Floats
+from mrctl.report.theme import Tone
 
 Numbers: TypeAlias = Sequence[float] | Floats
-Tone: TypeAlias = Literal["ink", "soft", "good", "warn", "bad"]
 Style: TypeAlias = Literal["line", "dots", "step", "filled"]
 
 

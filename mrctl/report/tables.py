@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from mrctl.report.quantity import format_column
-from mrctl.report.series import Tone
 from mrctl.report.svg import escape
+from mrctl.report.theme import Tone
 
 Value: TypeAlias = str | float | None
 

@@ -17,6 +17,7 @@ __all__ = ["Progress", "colours_wanted", "display_width", "paint", "table"]
 
 _ANSI = re.compile(r"\x1b\[[0-9;]*m")
 _CODES = {"bold": "1", "soft": "2", "ink": "0", "good": "32", "warn": "33", "bad": "31"}
+_PLAIN = str.maketrans({"─": "-", "–": "-", "−": "-", "…": "..", "µ": "u", "°": "deg ", "²": "2", "·": "*"})
 _GAP = 2
 _NARROWEST = 8
 
@@ -60,15 +61,16 @@ def table(
     stream = stream or sys.stdout
     letters = alignment(headers, rows, align)
     marked = best_rows(rows, best or {})
-    texts = [[_clean(text) for text in row] for row in cell_texts(rows, digits)]
+    texts = [[_clean(text, stream) for text in row] for row in cell_texts(rows, digits)]
+    headers = [_clean(header, stream) for header in headers]
     widths = [max(map(display_width, column)) for column in zip(headers, *texts, strict=True)]
     if width is None and stream.isatty():
         width = shutil.get_terminal_size().columns
     if width is not None:
         _squeeze(widths, letters, width)
-    rule = ("─" if _speaks_unicode(stream) else "-") * (sum(widths) + _GAP * (len(widths) - 1))
-    out = [paint(title, "bold", stream)] if title else []
-    out += _lines(list(headers), widths, letters, ["bold"] * len(headers), stream)
+    rule = _clean("─", stream) * (sum(widths) + _GAP * (len(widths) - 1))
+    out = [paint(_clean(title, stream), "bold", stream)] if title else []
+    out += _lines(headers, widths, letters, ["bold"] * len(headers), stream)
     out.append(paint(rule, "soft", stream))
     for i, row in enumerate(rows):
         styles = [
@@ -79,17 +81,13 @@ def table(
     return "\n".join(out)
 
 
-def _clean(text: str) -> str:
-    """Without control characters: a file name must not steer the terminal."""
-    return "".join(c if c.isprintable() else "\ufffd" for c in text)
-
-
-def _speaks_unicode(stream: TextIO) -> bool:
-    try:
-        "─".encode(stream.encoding or "ascii")
-    except (UnicodeEncodeError, LookupError):
-        return False
-    return True
+def _clean(text: str, stream: TextIO) -> str:
+    """What `stream` can show, without control characters: a file name must not steer the terminal."""
+    text = "".join(c if c.isprintable() else "?" for c in text)
+    encoding = stream.encoding or "utf-8"
+    if encoding.lower().replace("-", "") == "utf8":
+        return text
+    return text.translate(_PLAIN).encode(encoding, "replace").decode(encoding)
 
 
 def _squeeze(widths: list[int], letters: str, width: int) -> None:

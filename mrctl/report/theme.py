@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal, TypeAlias
 
-# Series: Okabe and Ito's colours (safe with colour blindness), each darkened for white paper or lightened for
-# a dark screen until it stands out at 3:1 or more (WCAG 1.4.11); order: neighbours differ most.
+Tone: TypeAlias = Literal["ink", "soft", "good", "warn", "bad"]
+"""What a colour says; each tone is a class and a CSS variable."""
+
+# Series: the hues of Okabe and Ito's palette, shifted for each theme until every pair stays apart with
+# protanopia, deuteranopia and tritanopia too, and each stands out against the page at 3:1 or more (WCAG 1.4.11).
 LIGHT = {
     "bg": "#ffffff",
     "sunk": "#f5f6f7",
@@ -17,12 +21,12 @@ LIGHT = {
     "good": "#0b6e4f",
     "warn": "#8a5a00",
     "bad": "#b3261e",
-    "s0": "#0072b2",
-    "s1": "#d55e00",
-    "s2": "#00875f",
-    "s3": "#b0508a",
-    "s4": "#a97400",
-    "s5": "#3d93c9",
+    "s0": "#0b55cf",
+    "s1": "#ec4609",
+    "s2": "#229678",
+    "s3": "#85428a",
+    "s4": "#85380a",
+    "s5": "#2c97de",
 }
 DARK = {
     "bg": "#14171a",
@@ -35,12 +39,12 @@ DARK = {
     "good": "#4fc79a",
     "warn": "#e0ae4a",
     "bad": "#ff8a80",
-    "s0": "#4aa3df",
-    "s1": "#f58a4b",
-    "s2": "#2fbf94",
-    "s3": "#dd8fbd",
-    "s4": "#e2b13c",
-    "s5": "#a5d8f6",
+    "s0": "#5e9bf3",
+    "s1": "#fc812e",
+    "s2": "#2d9a92",
+    "s3": "#cf9cc0",
+    "s4": "#f7c94a",
+    "s5": "#b3cbff",
 }
 SERIES_COLOURS = 6
 RAMP_LEVELS = 33

@@ -123,7 +123,8 @@ class View:
         return path
 
     def pdf(self, path: Path) -> Path:
-        """The page as it prints on A4."""
+        """The page as it prints on A4; the view shows the print style from then on."""
+        self.browser.call("Emulation.setEmulatedMedia", self.session, media="print")
         printed = self.browser.call("Page.printToPDF", self.session, paperWidth=8.27, paperHeight=11.69)
         path.write_bytes(base64.b64decode(printed["data"]))
         return path
