@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 from mrctl.errors import InputError, Problem
 from mrctl.measurements.assemble import RawRun, assemble
+from mrctl.measurements.column_map import ColumnMap, read_map
 from mrctl.measurements.find import find_files
+from mrctl.measurements.mapped import read_mapped_text
 from mrctl.measurements.plain_csv import read_plain_csv
 from mrctl.measurements.run import Campaign, Run
 
@@ -15,12 +17,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-def load_run(path: Path | str, **needs: bool) -> Run:
-    """One file with one run; `needs` as in `load_campaign`.
+def load_run(path: Path | str, columns: Path | str | None = None, **needs: bool) -> Run:
+    """One file with one run; `columns` and `needs` as in `load_campaign`.
 
     InputError as in `load_campaign`, and where the file holds several runs.
     """
-    campaign = load_campaign(path, **needs)
+    campaign = load_campaign(path, columns, **needs)
     if len(campaign.runs) != 1:
         raise InputError.at(
             path, f"holds {len(campaign.runs)} runs where one is due", "name a file with a single run"
@@ -28,14 +30,21 @@ def load_run(path: Path | str, **needs: bool) -> Run:
     return campaign.runs[0]
 
 
-def load_campaign(path: Path | str, *, need_force: bool = True, need_current: bool = True) -> Campaign:
+def load_campaign(
+    path: Path | str,
+    columns: Path | str | None = None,
+    *,
+    need_force: bool = True,
+    need_current: bool = True,
+) -> Campaign:
     """All runs below a folder, or of one file, in the order of their paths.
 
-    `need_force`, `need_current`: whether
-    a run without that channel is an error (else it is NaN). InputError with the problems of all files at
-    once; `Campaign.warnings` for what a person should know but that stops nothing.
+    `columns`: a map for foreign files, see `column_map`. `need_force`, `need_current`: whether a run without
+    that channel is an error; else it is NaN. InputError with the problems of all files at once;
+    `Campaign.warnings` is what a person should know but stops nothing.
     """
-    found = find_files(path)
+    mapping = read_map(columns) if columns is not None else None
+    found = find_files(path, mapping.patterns if mapping is not None else ())
     runs: list[Run] = []
     problems: list[Problem] = []
     digest = hashlib.sha256()
@@ -45,7 +54,7 @@ def load_campaign(path: Path | str, *, need_force: bool = True, need_current: bo
             digest.update(f"{hashlib.sha256(data).hexdigest()}  {name}\n".encode())
             runs += [
                 assemble(raw, need_force=need_force, need_current=need_current)
-                for raw in _read(file, data, name)
+                for raw in _read(file, data, name, mapping)
             ]
         except InputError as error:
             problems += error.problems
@@ -64,5 +73,8 @@ def _bytes(file: Path) -> bytes:
         ) from None
 
 
-def _read(file: Path, data: bytes, name: str) -> list[RawRun]:
+def _read(file: Path, data: bytes, name: str, mapping: ColumnMap | None) -> list[RawRun]:
+    """The runs of one file, by the reader for its format."""
+    if mapping is not None:
+        return read_mapped_text(file, data, name, mapping)
     return [read_plain_csv(file, data, name)]

@@ -6,6 +6,7 @@ wrong in which line. Nothing is guessed in silence: every reading that is not th
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import re
 from dataclasses import dataclass, field
@@ -73,11 +74,7 @@ class Table:
 
     def cells(self, row: str) -> list[str]:
         """The cells of one line."""
-        if self.delimiter == WHITESPACE:
-            return row.split()
-        if '"' in row:
-            return next(csv.reader([row], delimiter=self.delimiter, skipinitialspace=True))
-        return row.split(self.delimiter)
+        return _cells(row, self.delimiter)
 
     def numbers(self, wanted: Sequence[int], *, short_rows: bool = False) -> tuple[FloatArray, list[Problem]]:
         """The columns `wanted` (from 0) as an array (rows, len(wanted)), and all that is wrong in them.
@@ -230,12 +227,19 @@ def read_table(path: Path, data: bytes, layout: Layout) -> Table:
     if not rows:
         empty = "is empty" if not data.strip() else "holds no rows"
         raise InputError.at(path, empty, "export it again, or remove it")
+    if layout.header:
+        rows, numbers = _from_header(path, layout.header, rows, numbers)
     delimiter = layout.delimiter or _sniff_delimiter(rows[0])
     if layout.delimiter is None and delimiter != ",":
         notes.append(f"columns separated by {_DELIMITER_NAMES.get(delimiter, delimiter)}")
-    names, header_line, rows, numbers = _header(path, layout, delimiter, rows, numbers)
-    if not rows:
-        raise InputError.at(path, "has a header but no rows", "export it again, or remove it", header_line)
+    names, header_line = None, None
+    if layout.header != 0:
+        names, header_line = _names(rows[0], delimiter), int(numbers[0])
+        rows, numbers = rows[1:], numbers[1:]
+        if not rows:
+            raise InputError.at(
+                path, "has a header but no rows", "export it again, or remove it", header_line
+            )
     quoted = '"' in text and any('"' in row for row in rows)
     decimal_comma = _decimal_comma(layout, delimiter, rows, quoted=quoted)
     if decimal_comma and layout.decimal is None:
@@ -248,29 +252,30 @@ def _is_data(row: str, comment: str) -> bool:
     return bool(bare) and not bare.startswith(comment)
 
 
-def _header(
-    path: Path, layout: Layout, delimiter: str, rows: list[str], numbers: IntArray
-) -> tuple[tuple[str, ...] | None, int | None, list[str], IntArray]:
-    """Take the header off the rows, if there is one."""
-    if layout.header == 0:
-        return None, None, rows, numbers
-    place = 0
-    if layout.header is not None:
-        place = int(np.searchsorted(numbers, layout.header))
-        if place >= len(numbers) or numbers[place] != layout.header:
-            raise InputError.at(
-                path, f"line {layout.header} cannot be the header", "correct `header:` in the map"
-            )
-    line = int(numbers[place])
-    cells = (
-        next(csv.reader([rows[place]], delimiter=delimiter))
-        if delimiter != WHITESPACE
-        else rows[place].split()
-    )
-    names = tuple(name.strip().strip('"').strip() for name in cells)
+def _cells(row: str, delimiter: str) -> list[str]:
+    """The cells of one line; quotes may hold delimiters."""
+    if delimiter == WHITESPACE:
+        return row.split()
+    if '"' in row:
+        with contextlib.suppress(csv.Error):  # a cell of more than 131,072 characters
+            return next(csv.reader([row], delimiter=delimiter, skipinitialspace=True))
+    return row.split(delimiter)
+
+
+def _from_header(path: Path, line: int, rows: list[str], numbers: IntArray) -> tuple[list[str], IntArray]:
+    """The rows from the header in a given line on."""
+    place = int(np.searchsorted(numbers, line))
+    if place >= len(numbers) or numbers[place] != line:
+        raise InputError.at(path, f"line {line} cannot be the header", "correct `header` in the map")
+    return rows[place:], numbers[place:]
+
+
+def _names(row: str, delimiter: str) -> tuple[str, ...]:
+    """The names in a header; empty ones at its end are none."""
+    names = [name.strip() for name in _cells(row, delimiter)]
     while len(names) > 1 and not names[-1]:
-        names = names[:-1]
-    return names, line, rows[place + 1 :], numbers[place + 1 :]
+        names.pop()
+    return tuple(names)
 
 
 def _sniff_delimiter(row: str) -> str:
