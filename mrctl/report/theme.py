@@ -9,7 +9,7 @@ Tone: TypeAlias = Literal["ink", "soft", "good", "warn", "bad"]
 """What a colour says; each tone is a class and a CSS variable."""
 
 # Series: the hues of Okabe and Ito's palette, shifted for each theme until every pair stays apart with
-# protanopia, deuteranopia and tritanopia too, and each stands out against the page at 3:1 or more (WCAG 1.4.11).
+# protanopia, deuteranopia and tritanopia too, and each stands out from the page at 3:1 or more (WCAG 1.4.11).
 LIGHT = {
     "bg": "#ffffff",
     "sunk": "#f5f6f7",
