@@ -124,6 +124,7 @@ class ColumnMap:
                     findings.add(
                         (block, name), f"{name} is in `columns` and in `signals`", "keep one of the two"
                     )
+                self.places[attribute] = spec
                 try:
                     conversion = conversion_of(
                         BY_COLUMN[name].unit, spec.unit, spec.scale, spec.offset, spec.sign
@@ -131,7 +132,6 @@ class ColumnMap:
                 except ValueError as error:
                     _add(findings, (block, name), name, error)
                     continue
-                self.places[attribute] = spec
                 self.conversions[attribute] = conversion
                 if spec.unit is not None or isinstance(spec.scale, str):
                     self.declared.add(attribute)

@@ -18,14 +18,17 @@ def mapped(tmp_path, text, data, name="run.txt"):
     return load_run(tmp_path / name, tmp_path / "map.yaml")
 
 
+def _read(tmp_path, data):
+    path = tmp_path / "map.yaml"
+    return read_map(path) if data is None else load_campaign(tmp_path / "run.txt", path)
+
+
 def complaints(tmp_path, text, data=None) -> str:
     (tmp_path / "map.yaml").write_text(text)
+    if data is not None:
+        (tmp_path / "run.txt").write_text(data)
     with pytest.raises(InputError) as caught:
-        if data is None:
-            read_map(tmp_path / "map.yaml")
-        else:
-            (tmp_path / "run.txt").write_text(data)
-            load_campaign(tmp_path / "run.txt", tmp_path / "map.yaml")
+        _read(tmp_path, data)
     return str(caught.value)
 
 
@@ -98,7 +101,8 @@ def test_units_are_converted_at_the_door(tmp_path, channel, unit, factor, offset
 def test_displacement_in_inches_and_acceleration_in_g(tmp_path):
     motion = sine()
     table = np.column_stack((rows(motion), motion.x / 0.0254, motion.a / 9.80665))
-    text = "header: 0\ncolumns:\n  time_s: 1\n  velocity_m_s: 2\n  current_A: 3\n  temperature_C: 4\n  force_N: 5\n"
+    text = "header: 0\ncolumns:\n  time_s: 1\n  velocity_m_s: 2\n  current_A: 3\n"
+    text += "  temperature_C: 4\n  force_N: 5\n"
     text += "  displacement_m: {column: 6, unit: in}\n  acceleration_m_s2: {column: 7, unit: g}\n"
     run = mapped(tmp_path, text, csv_text(table).split("\n", 1)[1])
     assert np.allclose(run.displacement_m, motion.x, atol=1e-9)
