@@ -225,6 +225,9 @@ class SocketCanPort:
         if now_s < self._retry_at_s:
             return
         self._retry_at_s = now_s + RETRY_S
+        # Read and clear what the kernel still has to say, lest it be taken for news after the mend.
+        if self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) in _GONE:
+            self._set_link(_Link.GONE)
         try:
             if self._link is _Link.GONE:
                 self._set_filters()  # first, so that nothing unwanted slips in between

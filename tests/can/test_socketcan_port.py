@@ -48,6 +48,10 @@ class FakeKernel:
         if not self.exists:
             raise OSError(errno.ENODEV, "No such device")
 
+    def getsockopt(self, level: int, option: int) -> int:
+        assert (level, option) == (socket.SOL_SOCKET, socket.SO_ERROR)
+        return self.receive_errors.pop(0) if self.receive_errors else 0
+
     def recvmsg(
         self, size: int, ancillary_size: int
     ) -> tuple[bytes, list[tuple[int, int, bytes]], int, object]:
@@ -236,6 +240,28 @@ def test_a_removed_interface_is_bound_again_with_its_filters_at_most_every_100_m
     assert _kinds(port) == ["link_up"]
     assert len(kernel.binds) == 3
     assert (port.counters.down, port.counters.reopened) == (1, 1)
+
+
+@pytest.mark.parametrize("number", [errno.ENETDOWN, errno.ENODEV])
+def test_an_old_error_is_no_news_after_the_mend(kernel: FakeKernel, number: int) -> None:
+    port = _port(kernel)
+    kernel.send_errors = [errno.ENXIO]
+    port.send(0x100, b"")
+    kernel.receive_errors = [number]  # what the kernel also said, and nobody has read
+    kernel.now_s += RETRY_S
+    port.receive()
+    assert _kinds(port) == ["link_gone", "link_back", "link_up"]
+
+
+def test_an_interface_replaced_between_two_looks_is_bound_again(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    kernel.receive_errors = [errno.ENETDOWN]
+    port.receive()
+    kernel.receive_errors = [errno.ENODEV]  # removed and added again: the name is up, the socket is not bound
+    kernel.now_s += RETRY_S
+    port.receive()
+    assert _kinds(port) == ["link_down", "link_gone", "link_back", "link_up"]
+    assert kernel.binds == [("can7",)]
 
 
 def test_down_then_removed_is_one_outage(kernel: FakeKernel) -> None:
