@@ -174,7 +174,7 @@ def histogram(
     for label, values in finite:
         counts = np.histogram(values, edges)[0].astype(np.float64)
         series.append(Series(label, edges, np.append(counts, counts[-1]), "filled"))
-    y_limits = (0.5, 1.5 * max((float(np.max(s.y)) for s in series), default=1.0)) if y_log else None
+    y_limits = (0.5, 1.5 * max((float(np.max(floats(s.y))) for s in series), default=1.0)) if y_log else None
     return line_plot(
         title,
         x_label,

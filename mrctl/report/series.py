@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from mrctl.report.decimate import Floats
 from mrctl.report.theme import Tone
 
-Numbers: TypeAlias = Sequence[float] | Floats
+Numbers: TypeAlias = Sequence[float | None] | npt.NDArray[Any]
 Style: TypeAlias = Literal["line", "dots", "step", "filled"]
 
 

@@ -21,7 +21,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 @pytest.mark.parametrize("width", [1200, 768, 375, 320])
 def test_a_report_fits_the_screen_without_errors_or_requests(
-    browser: Browser, report: Path, width, dark
+    browser: Browser, report: Path, *, width: int, dark: bool
 ) -> None:
     with browser.open(report, width=width, dark=dark) as view:
         assert view.errors == []

@@ -15,7 +15,7 @@ from mrctl.report.axes import Scale, limits
 from mrctl.report.bars import Bars, Reference, bar_plot, waterfall
 from mrctl.report.heatmap import heat_map
 from mrctl.report.plots import histogram, line_plot, loop_plot, panels_plot, small_multiples
-from mrctl.report.series import Mark, Panel, Series
+from mrctl.report.series import Mark, Panel, Series, Style
 from mrctl.report.svg import Figure
 from mrctl.report.theme import DARK, LIGHT, SERIES_COLOURS, contrast, ramp, text_on
 
@@ -91,7 +91,7 @@ def test_a_standalone_figure_brings_its_own_colours_for_both_themes() -> None:
 
 
 @pytest.mark.parametrize("style", ["line", "step", "dots", "filled"])
-def test_a_long_noisy_series_stays_small(style) -> None:
+def test_a_long_noisy_series_stays_small(style: Style) -> None:
     noise = np.random.default_rng(1).normal(0, 1, 1_000_000)
     began = time.perf_counter()
     figure = line_plot("Noise", "Time (s)", "Force (N)", [Series("a", np.arange(noise.size), noise, style)])
@@ -185,7 +185,7 @@ def test_not_finite_points_break_the_line() -> None:
 def test_none_is_a_gap_too_and_log_axes_leave_out_what_they_cannot_show() -> None:
     for tree in parsed(
         line_plot("Gaps", "x", "y", [Series("a", [1, 2, 3, 4], [1, None, 0, 100])], y_log=True)
-    ):  # type: ignore[list-item]
+    ):
         line = next(e for e in tree.iter(f"{SVG}path") if "line" in (e.get("class") or ""))
         assert (line.get("d") or "").count("M") == 2
 
@@ -206,12 +206,14 @@ wild = st.one_of(
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
-    st.lists(st.tuples(wild, wild), max_size=30),
-    st.sampled_from(["line", "dots", "step"]),
-    st.booleans(),
-    st.booleans(),
+    data=st.lists(st.tuples(wild, wild), max_size=30),
+    style=st.sampled_from(["line", "dots", "step"]),
+    x_log=st.booleans(),
+    y_log=st.booleans(),
 )
-def test_no_data_breaks_a_plot(data, style, x_log, y_log) -> None:
+def test_no_data_breaks_a_plot(
+    data: list[tuple[float, float]], style: Style, *, x_log: bool, y_log: bool
+) -> None:
     x, y = [a for a, _ in data], [b for _, b in data]
     parsed(line_plot("Any", "x", "y", [Series("a", x, y, style, low=y, high=y)], x_log=x_log, y_log=y_log))
 
@@ -324,7 +326,7 @@ def oklab(linear: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", DEFICIENCIES)
 @pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
-def test_every_pair_of_series_differs_for_every_reader(kind, theme) -> None:
+def test_every_pair_of_series_differs_for_every_reader(kind: str, theme: dict[str, str]) -> None:
     matrix, apart = DEFICIENCIES[kind]
     seen = {}
     for name in ("ink", *(f"s{i}" for i in range(SERIES_COLOURS))):

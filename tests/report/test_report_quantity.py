@@ -26,7 +26,7 @@ from mrctl.report.quantity import (
         (np.float32(0.5), "0.500"),
     ],
 )  # fmt: skip
-def test_a_number_keeps_its_significant_figures(value, text) -> None:
+def test_a_number_keeps_its_significant_figures(value: float | None, text: str) -> None:
     assert format_number(value) == text
 
 
@@ -48,7 +48,9 @@ def test_a_written_number_is_within_half_a_unit_of_its_last_figure(value: float,
         (999.9, "N", True, "1.00 kN"), (math.inf, "N", False, "∞ N"), (0.0, "A", True, "0 A"),
     ],
 )  # fmt: skip
-def test_a_quantity_has_its_unit_and_on_wish_a_prefix(value, unit, si_prefix, text) -> None:
+def test_a_quantity_has_its_unit_and_on_wish_a_prefix(
+    value: float | None, unit: str, *, si_prefix: bool, text: str
+) -> None:
     assert format_quantity(value, unit, si_prefix=si_prefix) == text
 
 
@@ -77,5 +79,5 @@ def test_numbers_below_each_other_share_their_decimals() -> None:
         (None, MISSING),
     ],
 )
-def test_a_duration_reads_as_people_say_it(seconds, text) -> None:
+def test_a_duration_reads_as_people_say_it(seconds: float | None, text: str) -> None:
     assert format_duration(seconds) == text

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from mrctl.report.tables import Cell
+from mrctl.report.tables import Cell, Value
 from mrctl.report.terminal import Progress, display_width, paint, table
 
 
@@ -40,7 +40,7 @@ def _plain_environment(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 HEADERS = ["File", "RMSE (N)", "Note"]
-ROWS = [
+ROWS: list[list[Value | Cell]] = [
     [
         "dyno/cold/run_01_1in_2.387Hz_0A.csv",
         12.345,
