@@ -158,9 +158,9 @@ def _bar(group: Bars, row: int, x: Scale, top: float, thick: float, colour: str,
     value = float(floats(group.values)[row])
     base = x.start if x.log else x.at(min(max(0.0, x.low), x.high))
     middle = top + thick / 2
-    if not math.isfinite(value) or (x.log and value <= 0):
-        return [text(base + 5, middle + 3.8, written, "tick")]
     end = x.at(value)
+    if not math.isfinite(end):  # no value, or none that a log axis can show
+        return [text(base + 5, middle + 3.8, written, "tick")]
     out = [_rect(min(base, end), top, abs(end - base), thick, f"bar {colour}")]
     tip = max(end, base)
     if group.low is not None and group.high is not None:

@@ -15,7 +15,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -134,10 +134,11 @@ class Browser:
     """A running Chromium with a profile of its own; use as a context manager."""
 
     def __init__(self) -> None:
+        program = find_chromium()
         self._profile = tempfile.mkdtemp(prefix="mrctl-chromium-")
         down_read, self._write = os.pipe()
         self._read, up_write = os.pipe()
-        command = [find_chromium(), *_FLAGS, f"--user-data-dir={self._profile}", "about:blank"]
+        command = [program, *_FLAGS, f"--user-data-dir={self._profile}", "about:blank"]
         # The protocol's pipes must be the file descriptors 3 and 4.
         self._process = subprocess.Popen(
             ["bash", "-c", f'exec "$@" 3<&{down_read} 4>&{up_write}', "bash", *command],
@@ -163,11 +164,11 @@ class Browser:
         """Ends the browser and every process that it started."""
         os.close(self._write)
         os.close(self._read)
-        try:
+        with suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=5)
-        except subprocess.TimeoutExpired:
+        with suppress(ProcessLookupError):  # its helpers may outlive it, and still write into the profile
             os.killpg(self._process.pid, signal.SIGKILL)
-            self._process.wait()
+        self._process.wait()
         shutil.rmtree(self._profile, ignore_errors=True)
 
     def call(self, method: str, session: str = "", **params: Any) -> dict[str, Any]:
