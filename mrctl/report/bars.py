@@ -145,9 +145,9 @@ def _room(low: float, high: float, arrays: Sequence[Floats]) -> tuple[float, flo
 
 def _change(values: Floats, row: int) -> str:
     """By how much a step changed the value before it, in percent."""
-    if not row or not values[row - 1] > 0 or not math.isfinite(values[row]):
-        return ""
-    return f" ({100.0 * (values[row] / values[row - 1] - 1.0):+.0f} %)".replace("-", "−")
+    before, after = (float(values[row - 1]), float(values[row])) if row else (0.0, 0.0)
+    percent = 100.0 * (after / before - 1.0) if before > 0 else math.nan
+    return f" ({percent:+.0f} %)".replace("-", "−") if math.isfinite(percent) else ""
 
 
 def _rect(x: float, y: float, width: float, height: float, class_: str) -> str:
