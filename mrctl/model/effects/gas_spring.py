@@ -37,7 +37,7 @@ EFFECT = Effect(
     source=(
         "Accumulator law p0 A (V0 / (V0 - A x))^kappa in the parameters that data determine: "
         "exact for kappa = 1, progression A/V0; otherwise progression is near (kappa + 1) A / (2 V0). "
-        "Dixon, The Shock Absorber Handbook, 2nd ed., ch. 5."
+        "Dixon, The Shock Absorber Handbook, 2nd ed."
     ),
     parameters=(
         Parameter(

@@ -31,7 +31,7 @@ EFFECT = Effect(
     stage=Stage.ADDITIVE,
     summary="Turbulent flow through an orifice: force with the square of velocity, whatever the current.",
     equation="F = coefficient v |v|",
-    source="Orifice law dp = rho Q^2 / (2 Cd^2 A^2); Dixon, The Shock Absorber Handbook, 2nd ed., ch. 6.",
+    source="Orifice law dp = rho Q^2 / (2 Cd^2 A^2); Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
         Parameter("coefficient_n_s2_m2", "N*s^2/m^2", 0.0, 0.0, 1e5, 400.0, "force at 1 m/s", linear=True),
     ),

@@ -1,0 +1,57 @@
+"""End stop: bump rubber or hydraulic stop at both ends of the stroke."""
+# ruff: noqa: ARG001 - all effects of a stage take the same arguments
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+
+UNIT_M = 1e-3  # the stop's force is stated at this depth
+CONTACT_M = 2e-4  # depth over which the stop's damping comes in, so that the force has no step
+
+
+def step(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    acceleration_m_s2: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> float:
+    """The stop's force in N; it pushes back and never pulls."""
+    depth = abs(displacement_m) - p[0]
+    if depth <= 0.0:
+        return 0.0
+    outward = velocity_m_s if displacement_m > 0.0 else -velocity_m_s
+    force = p[1] * math.pow(depth / UNIT_M, p[2]) + p[3] * outward * (1.0 - math.exp(-depth / CONTACT_M))
+    if force <= 0.0:
+        return 0.0
+    return force if displacement_m > 0.0 else -force
+
+
+def _guesses(ranges: Ranges) -> list[Vector]:
+    return [(share * ranges.displacement_m, 300.0, 1.5, 500.0) for share in (0.95, 0.85, 0.7)]
+
+
+EFFECT = Effect(
+    name="end_stop",
+    stage=Stage.ADDITIVE,
+    summary="Near either end of the stroke a stop pushes back, steeply and with some damping.",
+    equation="F = sign(x) force_at_1mm ((|x| - clearance) / 1 mm)^exponent + damping v where |x| > clearance",
+    source="Power-law contact with damping; Hunt, Crossley, J. Appl. Mech. 42 (1975).",
+    parameters=(
+        Parameter("clearance_m", "m", 0.02, 0.0, 0.5, 0.02, "displacement at which the stop begins", 1e-3),
+        Parameter("force_at_1mm_n", "N", 0.0, 0.0, 1e5, 500.0, "force 1 mm deep in the stop", linear=True),
+        Parameter("exponent", "1", 1.5, 1.0, 3.0, 1.5, "how steeply it grows", 0.3),
+        Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 500.0, "damping in the stop", linear=True),
+    ),
+    step=step,
+    inverse=Undo.SUBTRACT,
+    inverse_note="Its force at the measured displacement is taken off the wish.",
+    needs=frozenset({"displacement"}),
+    guesses=_guesses,
+)

@@ -1,0 +1,91 @@
+"""Mount compliance: rubber or bearings in series, so that the piston moves less than the rod ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
+from mrctl.model.static import StaticTables, backbone_force, force_level
+
+
+def step(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    current_a: float,
+    temperature_c: float,
+    tables: StaticTables,
+    dt_s: float,
+) -> tuple[float, float]:
+    """The piston's velocity in m/s and displacement in m.
+
+    The balance k y + c dy/dt = f h g(v - dy/dt) is as stiff as the low-speed slope of g over k is short, so
+    it is solved implicitly (BDF2: second order, stable at any step). g being a table, the solution is exact:
+    the segment that holds it, then a straight line.
+    """
+    if p[0] <= 0.0:
+        return velocity_m_s, displacement_m
+    level = p[0] * force_level(current_a, temperature_c, tables)
+    free = (4.0 * s[0] - s[1]) / 3.0  # y = free + 2/3 dt dy/dt
+    inertia = p[0] * p[1] + 2.0 / 3.0 * dt_s
+    rest = inertia * velocity_m_s + free  # what is left to solve: rest - inertia v1 = level g(v1)
+    low, high = 0, len(tables.shape)
+    while low < high:
+        middle = (low + high) // 2
+        if rest - inertia * tables.velocity_m_s[middle] >= level * tables.shape[middle]:
+            low = middle + 1
+        else:
+            high = middle
+    if low == 0:
+        piston = (rest - level * tables.shape[0]) / inertia
+    elif low == len(tables.shape):
+        piston = (rest - level * tables.shape[low - 1]) / inertia
+    else:
+        v0, g0 = tables.velocity_m_s[low - 1], tables.shape[low - 1]
+        slope = (tables.shape[low] - g0) / (tables.velocity_m_s[low] - v0)
+        piston = (rest - level * (g0 - slope * v0)) / (inertia + level * slope)
+    mount = free + 2.0 / 3.0 * dt_s * (velocity_m_s - piston)
+    s[1] = s[0]
+    s[0] = mount
+    return piston, displacement_m - mount
+
+
+def start(
+    p: Sequence[float],
+    velocity_m_s: float,
+    displacement_m: float,  # noqa: ARG001 - the stage's
+    current_a: float,
+    temperature_c: float,
+    tables: StaticTables,
+    dt_s: float,  # noqa: ARG001 - the stage's
+) -> list[float]:
+    """The mount is bent by the first sample's static force and no longer moves."""
+    mount = p[0] * backbone_force(velocity_m_s, current_a, temperature_c, tables)
+    return [mount, mount]
+
+
+def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
+    return {"mount stiffness": (1.0 / p[0], "N/m")} if p[0] > 0.0 else {}
+
+
+EFFECT = Effect(
+    name="mount_compliance",
+    stage=Stage.MOTION,
+    summary="Rubber mounts and bearings in series with the damper take part of the stroke.",
+    equation="y / compliance + damping dy/dt = f h g(v1), v1 = v - dy/dt, x1 = x - y",
+    source=(
+        "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. "
+        "The mount carries the static force: H, the whole damper's loop, comes after it."
+    ),
+    parameters=(
+        Parameter("compliance_m_n", "m/N", 0.0, 0.0, 2e-5, 5e-7, "one over the mount's stiffness"),
+        Parameter("damping_n_s_m", "N*s/m", 1e3, 0.0, 1e5, 1e3, "damping of the mount"),
+    ),
+    step=step,
+    inverse=Undo.OBSERVE,
+    inverse_note="The piston's motion is followed with the currents commanded; g is taken at its velocity.",
+    start=start,
+    states=("mount's deflection, m", "the one before, m"),
+    derived=_derived,
+)

@@ -1,0 +1,64 @@
+"""Off-state backbone: with little current the force over velocity has another knee and slope."""
+# ruff: noqa: ARG001 - all effects of a stage take the same arguments
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+
+from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+
+SMALLEST_FACTOR = 0.05
+
+
+def step(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> float:
+    """The factor on the static force."""
+    off = 1.0 - current_a / p[3]
+    if off <= 0.0:
+        return 1.0
+    ratio = velocity_m_s / p[2]
+    change = p[0] / (1.0 + ratio * ratio) + p[1] * abs(velocity_m_s)
+    return max(1.0 + off * off * change, SMALLEST_FACTOR)
+
+
+EFFECT = Effect(
+    name="off_state_backbone",
+    stage=Stage.FACTOR,
+    summary="Near 0 A the fluid flows rather than yields: another force below the knee, another slope above.",
+    equation=(
+        "factor = 1 + off (low_speed_change / (1 + (v / knee)^2) + growth |v|), "
+        "off = (1 - i1 / fade_current)^2 up to the fade current, then 0"
+    ),
+    source="The separable model's open point: its off-state error of 12 to 15 %. An empirical form.",
+    parameters=(
+        Parameter(
+            "low_speed_change",
+            "1",
+            0.0,
+            -0.95,
+            3.0,
+            -0.3,
+            "relative change of the force at v = 0",
+            linear=True,
+        ),
+        Parameter(
+            "growth_s_m", "s/m", 0.0, -2.0, 10.0, 0.2, "relative growth a m/s above the knee", linear=True
+        ),
+        Parameter(
+            "knee_m_s", "m/s", 0.05, 0.002, 1.0, 0.05, "velocity at which the low-speed change is half"
+        ),
+        Parameter(
+            "fade_current_a", "A", 0.3, 0.02, 3.0, 0.3, "current from which g is as when on", held=True
+        ),
+    ),
+    step=step,
+    inverse=Undo.DIVIDE,
+    inverse_note="The wish is divided by the factor, repeated until current and factor agree.",
+)
