@@ -23,6 +23,7 @@ COMMANDS = {
     "check": "is this calibration, configuration or DBC sound?",
     "predict": "add the model's force to a measured run",
     "invert": "add the current that makes a run's force",
+    "bench": "benchmarks against a peer in the same run",
     "safe-frame": "put a last 0 A command on the bus, for service managers",
 }
 

@@ -18,12 +18,15 @@ import math
 
 from mrctl.model.damper import Damper
 from mrctl.model.filters import butterworth_lowpass, iir_step, settled_state
-from mrctl.model.static import Reach, invert_shape
+from mrctl.model.static_inverse import Reach, StaticInverter
 from mrctl.model.tables import interpolate
 
 # The shape |g| at which the current follows with the time constant below; at |g| = 1 it is 11 times faster.
 AUTHORITY_SHAPE = 0.3
 AUTHORITY_TIME_S = 0.001
+
+# The static inverse is worked out anew when the temperature has moved so far: at most 0.01 % of the force.
+TEMPERATURE_STEP_C = 0.01
 
 
 class InverseModel:
@@ -31,21 +34,21 @@ class InverseModel:
 
     __slots__ = (
         "_current_max_a",
-        "_force_max_n",
         "_forward",
         "_forward_state",
-        "_h_off",
-        "_h_on",
         "_inverse",
         "_inverse_state",
+        "_inverter",
         "_lowpass",
         "_lowpass_state",
         "_on",
         "_rate",
         "_refined_state",
+        "_shape",
         "_static",
         "_step_max_a",
         "_temperature_c",
+        "_velocity_m_s",
         "current_a",
         "reach",
     )
@@ -54,10 +57,10 @@ class InverseModel:
         """Raises FilterError when a filter cannot be carried to 1/dt_s."""
         rate_hz = 1.0 / dt_s
         self._static = damper.static
+        self._velocity_m_s, self._shape = damper.static.velocity_m_s, damper.static.shape
+        self._temperature_c = damper.static.temperature_c[0]
         self._current_max_a = damper.current_max_a
-        self._force_max_n = interpolate(damper.current_max_a, damper.static.current_a, damper.static.force_n)
-        self._temperature_c = math.nan
-        self._h_off = self._h_on = 1.0
+        self._inverter = StaticInverter(damper.static, damper.current_max_a, self._temperature_c)
         self._step_max_a = damper.current_slew_a_s * dt_s
         self._inverse = damper.inverse_filter.resampled(rate_hz).coefficients
         self._forward = damper.forward_filter.resampled(rate_hz).coefficients
@@ -90,23 +93,25 @@ class InverseModel:
 
     def step(self, force_wish_n: float, velocity_m_s: float, temperature_c: float) -> float:
         """The current command in A: finite, within 0 and the largest, within the slew limit of the last."""
-        static = self._static
-        if temperature_c != self._temperature_c:  # it changes far less often than once a tick
+        g = interpolate(velocity_m_s, self._velocity_m_s, self._shape)
+        exact = self.exact_current(self.backbone_wish(force_wish_n), g, temperature_c)
+        return self.command(self.current_a + self.authority(g) * (exact - self.current_a))
+
+    def exact_current(self, back_n: float, g: float, temperature_c: float) -> float:
+        """The current in A whose static force is back_n, or comes nearest to it, where the shape is g."""
+        if not -TEMPERATURE_STEP_C <= temperature_c - self._temperature_c <= TEMPERATURE_STEP_C:
             self._temperature_c = temperature_c
-            self._h_off = interpolate(temperature_c, static.temperature_c, static.h_off)
-            self._h_on = interpolate(temperature_c, static.temperature_c, static.h_on)
-        g = interpolate(velocity_m_s, static.velocity_m_s, static.shape)
-        exact, self._on, self.reach = invert_shape(
-            self.backbone_wish(force_wish_n),
-            g,
-            self._h_off,
-            self._h_on,
-            static,
-            self._current_max_a,
-            self._force_max_n,
-            self._on,
-        )
-        change = -math.expm1(-self._rate * g * g) * (exact - self.current_a)
+            self._inverter.warm_to(temperature_c)
+        current_a, self._on, self.reach = self._inverter.invert(back_n, g, self._on)
+        return current_a
+
+    def authority(self, g: float) -> float:
+        """The share of the way to the exact current that one sample goes where the shape is g."""
+        return -math.expm1(-self._rate * g * g)
+
+    def command(self, wanted_a: float) -> float:
+        """The next command in A: towards the wanted one, as far as the slew limit allows."""
+        change = wanted_a - self.current_a
         limit = self._step_max_a
         self.current_a += limit if change > limit else max(change, -limit)
         return self.current_a

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -17,6 +18,10 @@ class Fault(IntEnum):
     RANGE = 5
     RATE = 6
     MALFORMED = 7
+
+
+NONE = Fault.NONE
+NEVER = -(1 << 60)  # a tick so long ago that every time-out has passed since
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,26 +68,23 @@ class Channel:
         self._run_wanted = good_frames
         self._run = 0
         self.value = start
-        self.last: int | None = None  # tick of the last good value
+        self.last = NEVER  # tick of the last good value
         self.ok = False
         self._bridging = False  # was ok, and not gone for too long since
         self.fault = Fault.MISSING
 
     def take(self, value: float, now: int) -> Fault:
         """A value that arrived in tick `now`; returns why it is refused, or NONE."""
-        if value != value:  # noqa: PLR0124  # NaN: the sender says "not available"
-            return self.refuse(Fault.NOT_AVAILABLE)
-        if not self._minimum <= value <= self._maximum:
-            return self.refuse(Fault.RANGE)
-        last = self.last
-        if last is not None and abs(value - self.value) > self._change_max * (now - last + 1):
+        if self._minimum <= value <= self._maximum:  # not so for NaN
+            change = self._change_max * (now - self.last + 1)
+            if -change <= value - self.value <= change:
+                self.value = value
+                self.last = now
+                self.fault = NONE
+                self._run += 1
+                return NONE
             return self.refuse(Fault.RATE)
-        self.value = value
-        self.last = now
-        self.fault = Fault.NONE
-        if self._run < self._run_wanted:
-            self._run += 1
-        return Fault.NONE
+        return self.refuse(Fault.NOT_AVAILABLE if math.isnan(value) else Fault.RANGE)
 
     def refuse(self, fault: Fault) -> Fault:
         """Note that a frame or value was refused: the run of good ones ends."""
@@ -92,11 +94,10 @@ class Channel:
 
     def update(self, now: int) -> bool:
         """Whether the signal may be used in tick `now`."""
-        last = self.last
-        if last is None or now - last > self._timeout:
+        if now - self.last > self._timeout:
             self.ok = False
             self._run = 0
-            if self.fault is Fault.NONE:
+            if self.fault is NONE:
                 self.fault = Fault.MISSING
         elif not self.ok and self._run >= self._run_wanted:
             self.ok = self._bridging = True
@@ -106,6 +107,6 @@ class Channel:
         """Whether, not ok, the signal may still be stood in for; if once not, not until it is ok again."""
         if self._limp_after is None:
             return True
-        if self._bridging and (self.last is None or now - self.last > self._limp_after):
+        if self._bridging and now - self.last > self._limp_after:
             self._bridging = False
         return self._bridging

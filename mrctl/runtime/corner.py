@@ -15,14 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 from mrctl.can.frames import State
 from mrctl.control.base import ForceLaw, Motion
 from mrctl.control.body_velocity import BodyVelocityEstimator
 from mrctl.control.maps import CurrentMap
 from mrctl.model.damper import Span
-from mrctl.model.static import Reach
+from mrctl.model.static_inverse import WITHIN
 from mrctl.runtime.channel import Channel, Fault
+
+INIT, ACTIVE, SUBSTITUTE, LIMP, OFF = State
+START_UP = ("START_UP", Fault.NONE)
+WELL = ("NONE", Fault.NONE)
 
 # Skipped periods that the filters are stepped through; a longer gap is started afresh.
 CATCH_UP_MAX = 50
@@ -45,25 +50,45 @@ class CornerPlan:
     velocity_cutoff_hz: float | None  # not None: body velocity is integrated from body acceleration
 
 
+class _Value(Protocol):
+    """Something with a value: a channel, or a stand-in for what the car does not measure."""
+
+    value: float
+
+
+@dataclass(slots=True)
+class _Held:
+    value: float = 0.0
+
+
 class Corner:
     """The controller of one damper, advanced once a tick."""
 
     __slots__ = (
+        "_acceleration",
+        "_asked_by_law",
         "_body",
-        "_body_velocity_m_s",
+        "_coldest_c",
+        "_displacement",
         "_estimator",
+        "_hottest_c",
+        "_law",
         "_limp_a",
         "_map",
         "_needed",
         "_off_step",
-        "_plan",
         "_running",
         "_slew_step",
+        "_substitute_law",
+        "_temperature",
+        "_velocity",
+        "_wish",
         "cause",
         "channels",
         "clamped",
         "current_a",
         "made_in",
+        "name",
         "saturated",
         "state",
         "wish_n",
@@ -71,21 +96,29 @@ class Corner:
 
     def __init__(self, plan: CornerPlan, channels: Mapping[str, Channel], dt_s: float) -> None:
         """channels: by role, at least those the plan needs."""
-        self._plan = plan
+        self.name = plan.name
         self.channels = dict(channels)
         self._needed = tuple((role, channels[role]) for role in sorted(plan.needs))
+        self._asked_by_law = tuple(c for role, c in self._needed if role != "temperature")
+        self._velocity = channels["relative_velocity"]
+        self._temperature = channels["temperature"]
+        self._body: _Value = channels.get("body_velocity") or _Held()
+        self._displacement: _Value = channels.get("displacement") or _Held()
+        self._wish: _Value = channels.get("force_wish") or _Held()
+        self._estimator = None
+        if plan.velocity_cutoff_hz is not None:
+            self._estimator = BodyVelocityEstimator(plan.velocity_cutoff_hz, dt_s)
+            self._acceleration = channels["body_acceleration"]
+            self._body = _Held()
+        self._law, self._substitute_law = plan.law, plan.substitute_law
         self._map = plan.make_map(dt_s)
-        self._estimator = (
-            None if plan.velocity_cutoff_hz is None else BodyVelocityEstimator(plan.velocity_cutoff_hz, dt_s)
-        )
-        self._body = self.channels.get("body_velocity")
-        self._body_velocity_m_s = 0.0
         self._slew_step = plan.slew_a_s * dt_s
         self._off_step = min(self._slew_step, plan.current_max_a * dt_s / plan.off_ramp_s)
         self._limp_a = plan.limp_current_a
+        self._coldest_c, self._hottest_c = plan.temperature_valid_c.low, plan.temperature_valid_c.high
         self._running = False  # whether the current map followed the wish in the last tick
-        self.state = State.INIT
-        self.cause = ("START_UP", Fault.NONE)  # a role and its fault, or another cause
+        self.state = INIT
+        self.cause = START_UP  # a role and its fault, or another cause
         self.current_a = 0.0
         self.wish_n = 0.0
         self.made_in = -1
@@ -98,81 +131,69 @@ class Corner:
         periods: loop periods since the last tick (1 unless ticks were skipped). starting: still within the
         time that signals have to appear. off: why the damper shall be off, or None.
         """
-        self._judge(now, starting=starting, off=off)
+        self._judge(now, starting, off)
         if self._estimator is not None:
-            acceleration = self.channels["body_acceleration"].value
             for _ in range(min(periods, CATCH_UP_MAX)):
-                self._body_velocity_m_s = self._estimator.step(acceleration)
-        elif self._body is not None:
-            self._body_velocity_m_s = self._body.value
-        state = self.state
+                self._body.value = self._estimator.step(self._acceleration.value)
         self.made_in = now
-        velocity = self.channels["relative_velocity"]
-        if state is State.ACTIVE or (state is State.SUBSTITUTE and velocity.ok):
-            self._follow(state, periods)
-        else:
-            self._running = False
-            self.saturated = False
-            if state is State.LIMP:
-                self._approach(self._limp_a, self._slew_step)
-            elif state is not State.SUBSTITUTE:  # INIT, OFF; SUBSTITUTE without velocity holds the current
-                self._approach(0.0, self._off_step)
-        return self.current_a
+        state = self.state
+        if state is ACTIVE or (state is SUBSTITUTE and self._velocity.ok):
+            return self._follow(state, periods)
+        self._running = False
+        self.saturated = False
+        if state is LIMP:
+            return self._approach(self._limp_a, self._slew_step)
+        if state is SUBSTITUTE:  # without velocity: the current holds
+            return self.current_a
+        return self._approach(0.0, self._off_step)
 
     def issued(self, current_a: float) -> None:
         """What the output guard let through: the next step starts from there."""
         self.current_a = current_a
         self._map.current_a = current_a
 
-    def _judge(self, now: int, *, starting: bool, off: str | None) -> None:
+    def _judge(self, now: int, starting: bool, off: str | None) -> None:  # noqa: FBT001  # hot
         """State and cause from what the signals are worth now."""
-        state, cause = State.ACTIVE, ("NONE", Fault.NONE)
+        state, cause = ACTIVE, WELL
         for role, channel in self._needed:
             if channel.update(now):
                 continue
-            worth = State.SUBSTITUTE if channel.substitutable(now) else State.LIMP
+            worth = SUBSTITUTE if channel.substitutable(now) else LIMP
             if worth > state:
                 state, cause = worth, (role, channel.fault)
         if off is not None:
-            self.state, self.cause = State.OFF, (off, Fault.NONE)
-        elif starting and self.state is State.INIT and state is not State.ACTIVE:
-            self.cause = ("START_UP", Fault.NONE)
-        else:
-            self.state, self.cause = state, cause
+            state, cause = OFF, (off, Fault.NONE)
+        elif starting and self.state is INIT and state is not ACTIVE:
+            state, cause = INIT, START_UP
+        self.state, self.cause = state, cause
 
-    def _follow(self, state: State, periods: int) -> None:
+    def _follow(self, state: State, periods: int) -> float:
         """Law and current map on the signals as they are."""
-        channels = self.channels
-        velocity = channels["relative_velocity"].value
-        temperature = channels["temperature"].value
-        wish_of = self._plan.law
-        if state is State.SUBSTITUTE and any(
-            role != "temperature" and not channel.ok for role, channel in self._needed
-        ):
-            wish_of = self._plan.substitute_law
-        displacement, force_wish = channels.get("displacement"), channels.get("force_wish")
-        wish = wish_of(
-            Motion(
-                velocity,
-                self._body_velocity_m_s,
-                temperature,
-                0.0 if displacement is None else displacement.value,
-                0.0 if force_wish is None else force_wish.value,
-            )
+        velocity, temperature = self._velocity.value, self._temperature.value
+        law = self._law
+        if state is SUBSTITUTE and any(not channel.ok for channel in self._asked_by_law):
+            law = self._substitute_law
+        wish = law(
+            Motion(velocity, self._body.value, temperature, self._displacement.value, self._wish.value)
         )
-        last = self.current_a
+        current_map = self._map
         if not self._running or periods > CATCH_UP_MAX:
-            self._map.reset(wish, last)
+            current_map.reset(wish, self.current_a)
             self._running = True
             periods = 1
-        for _ in range(periods):  # skipped periods too, so that the filters stay in step with time
-            wanted = self._map.step(wish, velocity, temperature)
-        self.current_a = last
-        self._approach(wanted, self._slew_step)
+        wanted = current_map.step(wish, velocity, temperature)
+        for _ in range(periods - 1):  # skipped periods too, so that the filters stay in step with time
+            wanted = current_map.step(wish, velocity, temperature)
         self.wish_n = wish
-        self.saturated = self._map.reach is not Reach.WITHIN
-        self.clamped = not self._plan.temperature_valid_c.contains(temperature)
+        self.saturated = current_map.reach is not WITHIN
+        self.clamped = not self._coldest_c <= temperature <= self._hottest_c
+        return self._approach(wanted, self._slew_step)
 
-    def _approach(self, target_a: float, step_a: float) -> None:
+    def _approach(self, target_a: float, step_a: float) -> float:
         change = target_a - self.current_a
-        self.current_a += step_a if change > step_a else max(change, -step_a)
+        if change > step_a:
+            change = step_a
+        elif change < -step_a:
+            change = -step_a
+        self.current_a += change
+        return self.current_a

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+CURRENT_BOUND_A = 1e6  # beyond it a number is too large to be worked with
+
 
 class OutputGuard:
     """Guards the current command of one damper."""
@@ -37,8 +39,18 @@ class OutputGuard:
         current_a: what the controller asks for, in tick `made_in`; a stale or non-finite one is replaced
         by the fallback. One count of rounding is not called stepping in.
         """
-        trusted = made_in == now and math.isfinite(current_a)
-        wanted = round(min(max(current_a, -1e6), 1e6) / self._unit_a) if trusted else self._fallback
+        if made_in == now and 0.0 <= current_a <= CURRENT_BOUND_A:  # not so for NaN
+            wanted = round(current_a / self._unit_a)
+            if wanted <= self._maximum and -self._step <= wanted - self.raw <= self._step:
+                self.raw = wanted
+                return wanted * self._unit_a, False
+        return self._step_in(current_a, trusted=made_in == now and math.isfinite(current_a))
+
+    def _step_in(self, current_a: float, *, trusted: bool) -> tuple[float, bool]:
+        """The nearest to what was asked for, or to the fallback, that may leave."""
+        wanted = self._fallback
+        if trusted:
+            wanted = round(min(max(current_a, -CURRENT_BOUND_A), CURRENT_BOUND_A) / self._unit_a)
         low = max(0, self.raw - self._step)
         high = min(self._maximum, self.raw + self._step)
         self.raw = min(max(wanted, low), high)

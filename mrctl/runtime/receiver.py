@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from mrctl.can import e2e
 from mrctl.can.codec import make_decoder
 from mrctl.can.specs import FrameSpec
-from mrctl.runtime.channel import Channel, Fault
+from mrctl.runtime.channel import NONE, Channel, Fault
 
 # A step of the counter up to this is frames lost on the way; beyond it the frame is old or masqueraded.
 COUNTER_STEP_MAX = 5
@@ -44,10 +44,10 @@ class FrameReceiver:
         self._counter = counter
         if step > COUNTER_STEP_MAX:  # the next frame in order is accepted again
             return self._refuse(Fault.COUNTER)
-        for value, of_signal in zip(self._decode(data), self.channels, strict=True):
+        for value, of_signal in zip(self._decode(data), self.channels):  # noqa: B905  # as many, and hot
             for channel in of_signal:
                 fault = channel.take(value, now)
-                if fault:
+                if fault is not NONE:
                     self._rejected[fault.name.lower()] += 1
         return True
 

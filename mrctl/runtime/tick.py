@@ -114,6 +114,7 @@ class Tick:
         self.rejected: Counter[str] = Counter()
         self.foreign = 0  # frames with IDs that are none of ours
         self.changes: list[StateChange] = []  # for the log; whoever reads them clears them
+        self.at_rest = False  # whether the command that left last was 0 A for every damper
         self._off: str | None = None
         self._last_good = 0
         self._init_ticks = round(plan.init_timeout_s / dt)
@@ -151,11 +152,6 @@ class Tick:
     def wanted_ids(self) -> tuple[int, ...]:
         """The CAN IDs that the tick listens to, with the extended flag where they have it."""
         return tuple(self.receivers)
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether every current that left last is 0 A."""
-        return all(guard.raw == 0 for guard in self.guards)
 
     def shut_down(self) -> None:
         """From now on every damper is OFF: its current is ramped to 0 A and stays there."""
@@ -200,6 +196,7 @@ class Tick:
         out = []
         if self._command.due(now):
             out.append(self._command.frame([corner.current_a for corner in self.corners]))
+            self.at_rest = all(guard.raw == 0 for guard in self.guards)
         if self._state.due(now):
             out.append(self._state.frame(self._state_values()))
             self.guarded = [False] * len(self.corners)

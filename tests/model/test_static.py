@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from model.dampers import tables
 
-from mrctl.model.static import Reach, backbone_force, invert_backbone, transition_increases
+from mrctl.model.static import backbone_force, transition_increases
+from mrctl.model.static_inverse import Reach, invert_backbone
 from mrctl.model.tables import interpolate
 
 BLENDED = tables()

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 
 from mrctl.model.baselines.slew import slewed
 from mrctl.model.damper import Damper
-from mrctl.model.static import Reach
+from mrctl.model.static_inverse import Reach
 from mrctl.model.tables import interpolate
 
 

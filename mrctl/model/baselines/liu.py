@@ -16,7 +16,8 @@ import numpy as np
 
 from mrctl.model.baselines.slew import slewed
 from mrctl.model.damper import Damper
-from mrctl.model.static import Reach, backbone_force
+from mrctl.model.static import backbone_force
+from mrctl.model.static_inverse import Reach
 
 VISCOSITY_AT_ZERO_PA_S = 0.245
 

@@ -20,7 +20,7 @@ import numpy as np
 from mrctl.model.baselines.slew import slewed
 from mrctl.model.damper import Damper
 from mrctl.model.filters import Filter, iir_step, settled_state
-from mrctl.model.static import Reach
+from mrctl.model.static_inverse import Reach
 from mrctl.model.tables import interpolate
 
 LEAD_RATIO = 5.0  # b / a; the same largest gain as the inverse filter of Eq. 8.2

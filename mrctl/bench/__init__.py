@@ -1,0 +1,1 @@
+"""Benchmarks: what the parts cost against a peer, both measured in turn in one run."""
