@@ -86,8 +86,9 @@ def _value_faults(parameter: Parameter, value: object) -> list[Fault]:
     entries: Sequence[object] = value if isinstance(value, Sequence) and given_table else [value]
     if is_table and not entries:
         return [Fault(parameter.name, f"{parameter.name} is empty", f"give a list of numbers {bounds}")]
+    mend = f"give {'numbers' if is_table else 'a number'} {bounds}"
     return [
-        Fault(parameter.name, f"{parameter.name} is {entry!r}", f"give numbers {bounds}")
+        Fault(parameter.name, f"{parameter.name} is {entry!r}", mend)
         for entry in entries
         if not _within(entry, parameter)
     ]

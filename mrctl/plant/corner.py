@@ -53,9 +53,9 @@ class Corner:
         for _ in range(count):
             car.step(step_s, damper.force_n)
             velocity = car.body_velocity_m_s - car.wheel_velocity_m_s
-            damper.step(velocity, current_command_a)
             if extremes is not None:
                 extremes.step(velocity, damper.temperature_c)
+            damper.step(velocity, current_command_a)
 
     def state(self) -> CornerState:
         """What is true now."""

@@ -37,10 +37,11 @@ class QuarterCarParameters:
 class QuarterCar:
     """Motion of one corner, integrated with Runge and Kutta's fourth-order rule at a fixed step.
 
-    The damper force is held during a step; the road is read at its beginning, middle and end.
+    During a step the damper force is held and the road rises evenly.
     """
 
     __slots__ = (
+        "_constants",
         "_distance_m",
         "_p",
         "_road",
@@ -63,11 +64,19 @@ class QuarterCar:
         start_m: float = 0.0,
     ) -> None:
         """Stands at rest at start_m along the road, at the height the road has there."""
-        self._p = parameters or QuarterCarParameters()
+        p = self._p = parameters or QuarterCarParameters()
         self._road = road
         self._speed_m_s = speed_m_s
         self._distance_m = start_m
-        self._weight_n = (self._p.body_mass_kg + self._p.wheel_mass_kg) * GRAVITY_M_S2
+        self._weight_n = (p.body_mass_kg + p.wheel_mass_kg) * GRAVITY_M_S2
+        self._constants = (
+            p.spring_n_m,
+            p.tyre_n_m,
+            p.tyre_damping_n_s_m,
+            self._weight_n,
+            p.body_mass_kg,
+            p.wheel_mass_kg,
+        )
         self._road_m = road.height_m(start_m)
         self.body_m = self.wheel_m = self._road_m
         self.body_velocity_m_s = self.wheel_velocity_m_s = 0.0
@@ -98,41 +107,37 @@ class QuarterCar:
 
     def step(self, dt_s: float, damper_force_n: float) -> None:
         """Advance by dt_s with this damper force."""
-        p = self._p
         half = 0.5 * dt_s
-        travelled = self._speed_m_s * dt_s
         r0 = self._road_m
-        rm = self._road.height_m(self._distance_m + 0.5 * travelled)
-        self._distance_m += travelled
+        self._distance_m += self._speed_m_s * dt_s
         r1 = self._road.height_m(self._distance_m)
-        # The road's speed at the three points, from the parabola through its heights.
-        s0, sm, s1 = (4.0 * rm - 3.0 * r0 - r1) / dt_s, (r1 - r0) / dt_s, (3.0 * r1 + r0 - 4.0 * rm) / dt_s
+        rm, slope = 0.5 * (r0 + r1), (r1 - r0) / dt_s
 
-        ks, kt, ct, weight = p.spring_n_m, p.tyre_n_m, p.tyre_damping_n_s_m, self._weight_n
-        mb, mw, f = p.body_mass_kg, p.wheel_mass_kg, damper_force_n
+        ks, kt, ct, weight, mb, mw = self._constants
+        f = damper_force_n
         zb, vb, zw, vw = self.body_m, self.body_velocity_m_s, self.wheel_m, self.wheel_velocity_m_s
 
         # Each stage: the tyre's change of force (never below minus the weight), then the accelerations.
         between = ks * (zb - zw) + f
-        tyre = max(-weight, kt * (r0 - zw) + ct * (s0 - vw))
+        tyre = max(-weight, kt * (r0 - zw) + ct * (slope - vw))
         b1, w1 = -between / mb, (between + tyre) / mw
 
         vb2, vw2 = vb + half * b1, vw + half * w1
         zw2 = zw + half * vw
         between = ks * (zb + half * vb - zw2) + f
-        tyre = max(-weight, kt * (rm - zw2) + ct * (sm - vw2))
+        tyre = max(-weight, kt * (rm - zw2) + ct * (slope - vw2))
         b2, w2 = -between / mb, (between + tyre) / mw
 
         vb3, vw3 = vb + half * b2, vw + half * w2
         zw3 = zw + half * vw2
         between = ks * (zb + half * vb2 - zw3) + f
-        tyre = max(-weight, kt * (rm - zw3) + ct * (sm - vw3))
+        tyre = max(-weight, kt * (rm - zw3) + ct * (slope - vw3))
         b3, w3 = -between / mb, (between + tyre) / mw
 
         vb4, vw4 = vb + dt_s * b3, vw + dt_s * w3
         zw4 = zw + dt_s * vw3
         between = ks * (zb + dt_s * vb3 - zw4) + f
-        tyre = max(-weight, kt * (r1 - zw4) + ct * (s1 - vw4))
+        tyre = max(-weight, kt * (r1 - zw4) + ct * (slope - vw4))
         b4, w4 = -between / mb, (between + tyre) / mw
 
         sixth = dt_s / 6.0
@@ -143,5 +148,5 @@ class QuarterCar:
         self._road_m = r1
         self.body_acceleration_m_s2 = -(ks * (self.body_m - self.wheel_m) + f) / mb
         self.tyre_force_n = weight + max(
-            -weight, kt * (r1 - self.wheel_m) + ct * (s1 - self.wheel_velocity_m_s)
+            -weight, kt * (r1 - self.wheel_m) + ct * (slope - self.wheel_velocity_m_s)
         )

@@ -52,10 +52,10 @@ class Bump:
 
     def height_m(self, distance_m: float) -> float:
         """The height in m, upward positive."""
-        along = (distance_m - self._start_m) / self._length_m
-        if not 0.0 < along < 1.0:
+        along = distance_m - self._start_m
+        if along <= 0.0 or along >= self._length_m:
             return 0.0
-        return 0.5 * self._height_m * (1.0 - math.cos(2.0 * math.pi * along))
+        return 0.5 * self._height_m * (1.0 - math.cos(2.0 * math.pi * along / self._length_m))
 
 
 class IsoRoad:
@@ -89,7 +89,10 @@ class Sum:
 
     def height_m(self, distance_m: float) -> float:
         """The height in m, upward positive."""
-        return sum(road.height_m(distance_m) for road in self._roads)
+        total = 0.0
+        for road in self._roads:
+            total += road.height_m(distance_m)
+        return total
 
 
 def road_psd_m3(wavenumber_1_m: float, road_class: str) -> float:
