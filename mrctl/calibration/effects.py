@@ -3,42 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 
 from mrctl.calibration.models import Effect
+from mrctl.errors import InputError
+from mrctl.model.effects.base import Parameter
+from mrctl.model.effects.registry import effects
 from mrctl.yaml_source import Findings, KeyPath
 
 
 def known_effects() -> Mapping[str, Mapping[str, str]]:
-    """Each known effect's parameters with their units; none yet."""
-    return {}
+    """Each known effect's parameters with their units; raises InputError naming a plug-in that is broken."""
+    return {name: {p.name: p.unit for p in effect.parameters} for name, effect in effects().items()}
 
 
-def check_effects(effects: tuple[Effect, ...], findings: Findings) -> None:
-    """Each effect is known, named once, and has exactly its parameters, in their units."""
-    known = known_effects()
+def check_effects(listed: tuple[Effect, ...], findings: Findings) -> None:
+    """Each effect is known, named once, and has exactly its parameters, in their units and bounds."""
+    if not listed:
+        return  # nothing is to be loaded
+    try:
+        known = effects()
+    except InputError as error:
+        findings.problems += error.problems
+        return
     seen: set[str] = set()
-    for index, effect in enumerate(effects):
+    for index, effect in enumerate(listed):
         path: KeyPath = ("effects", index)
         if effect.name in seen:
             findings.add(path, f"the effect {effect.name} stands twice", "keep one of the two")
         seen.add(effect.name)
-        if effect.name not in known:
-            names = ", ".join(sorted(known)) or "none yet"
-            findings.add((*path, "name"), f"unknown effect {effect.name!r}", f"this mrctl knows: {names}")
+        if effect.name in known:
+            _check_parameters(effect, known[effect.name].parameters, (*path, "parameters"), findings)
             continue
-        wanted = known[effect.name]
-        for parameter, unit in wanted.items():
-            if parameter not in effect.parameters:
-                findings.add(path, f"{effect.name} lacks `{parameter}`", f"add `{parameter}` in {unit}")
-        for parameter, quantity in effect.parameters.items():
-            place = (*path, "parameters", parameter)
-            if parameter not in wanted:
-                findings.add(
-                    place, f"{effect.name} has no parameter `{parameter}`", f"it has: {', '.join(wanted)}"
-                )
-            elif quantity.unit != wanted[parameter]:
-                findings.add(
-                    (*place, "unit"),
-                    f"{effect.name}.{parameter} is in {quantity.unit!r}",
-                    f"convert the value and write unit: {wanted[parameter]}",
-                )
+        near = get_close_matches(effect.name, known, n=1)
+        mend = f"did you mean {near[0]}?" if near else "there are: " + ", ".join(known)
+        findings.add((*path, "name"), f"unknown effect {effect.name!r}", mend)
+
+
+def _check_parameters(
+    effect: Effect, wanted: tuple[Parameter, ...], path: KeyPath, findings: Findings
+) -> None:
+    by_name = {parameter.name: parameter for parameter in wanted}
+    for name, parameter in by_name.items():
+        if name not in effect.parameters:
+            add = f"add `{name}: {{value: ..., unit: {parameter.unit}}}`"
+            findings.add(path, f"{effect.name} lacks `{name}`, {parameter.help}", add)
+    for name, quantity in effect.parameters.items():
+        if name not in by_name:
+            findings.add((*path, name), f"{effect.name} has no `{name}`", f"it has: {', '.join(by_name)}")
+            continue
+        parameter = by_name[name]
+        if quantity.unit != parameter.unit:
+            mend = f"convert the value and write unit: {parameter.unit}"
+            findings.add((*path, name, "unit"), f"{effect.name}.{name} is in {quantity.unit!r}", mend)
+        elif not parameter.low <= quantity.value <= parameter.high:
+            findings.add(
+                (*path, name, "value"),
+                f"{effect.name}.{name} is {quantity.value:g} {parameter.unit}",
+                f"it lies in {parameter.low:g} to {parameter.high:g}",
+            )

@@ -123,7 +123,7 @@ def _span(unit: str, span: Span) -> dict[str, Any]:
 
 
 def _effects(damper: Damper, std: Mapping[str, tuple[float, ...]]) -> list[dict[str, Any]]:
-    known = known_effects()
+    known = known_effects() if damper.effects else {}
     blocks = []
     for effect in damper.effects:
         parameters: dict[str, Any] = {}

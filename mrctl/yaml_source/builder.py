@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from mrctl.errors import Problem
-from mrctl.yaml_source.document import KeyPath
+from mrctl.yaml_source.document import KeyPath, printable
 
 MAX_NODES = 100_000  # after aliases are followed; a large calibration has some thousands
 MAX_DIGITS = 40
@@ -43,7 +43,7 @@ class Built:
 
     def slip(self, path: KeyPath, line: int, what: str, mend: str) -> None:
         """Note something wrong with the value at a path."""
-        self.slips.append((path, Problem(self.file, line, what, mend)))
+        self.slips.append((path, Problem(self.file, line, printable(what), printable(mend))))
 
 
 def build(root: yaml.MappingNode, file: str, max_depth: int) -> Built:
@@ -195,5 +195,4 @@ def _dotted_exponent(text: str) -> str:
 
 def _short(text: str) -> str:
     """Text that fits on a line of output."""
-    text = text.encode("unicode_escape").decode() if not text.isprintable() else text
     return text if len(text) <= 40 else text[:37] + "..."

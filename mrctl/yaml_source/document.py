@@ -19,6 +19,11 @@ def dotted(path: KeyPath) -> str:
     return text.removeprefix(".")
 
 
+def printable(text: str) -> str:
+    """The text on one line: what a terminal would not print is escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 @dataclass(frozen=True, slots=True)
 class Document:
     """Plain data of one YAML document with line marks; keys are text, always."""
@@ -55,7 +60,8 @@ class Findings:
         """Note a problem with the value at a path."""
         if any(path[:length] in self._objected for length in range(1, len(path) + 1)):
             return
-        self.problems.append(Problem(self.document.file, self.document.line(path), what, mend))
+        line = self.document.line(path)
+        self.problems.append(Problem(self.document.file, line, printable(what), printable(mend)))
 
     def raise_if_any(self) -> None:
         """Raises InputError with every problem, in the order of the lines."""

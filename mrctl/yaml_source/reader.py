@@ -13,7 +13,7 @@ import yaml
 
 from mrctl.errors import InputError
 from mrctl.yaml_source.builder import TooDeep, build
-from mrctl.yaml_source.document import Document
+from mrctl.yaml_source.document import Document, printable
 
 MAX_BYTES = 4_000_000
 MAX_DEPTH = 32
@@ -124,14 +124,14 @@ def _compose(text: str, file: str) -> yaml.Node | None:
         mark = error.problem_mark or error.context_mark
         said = f"{error.context or ''} {error.problem or ''}"
         mend = next((mend for sign, mend in _MENDS if sign in said), "check the line and the one above it")
-        what = f"not valid YAML: {error.problem or error.context}"
+        what = printable(f"not valid YAML: {error.problem or error.context}")
         raise InputError.at(file, what, mend, mark.line + 1 if mark else None) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         what = f"the control character U+{int(error.character):04X} is not allowed in YAML"
         raise InputError.at(file, what, "remove it", line) from None
     except yaml.YAMLError as error:
-        raise InputError.at(file, f"not valid YAML: {error}", "check the syntax") from None
+        raise InputError.at(file, printable(f"not valid YAML: {error}"), "check the syntax") from None
     except (ValueError, OverflowError) as error:  # PyYAML lets an escape above U+10FFFF through to chr()
         raise InputError.at(file, f"not valid YAML: {error}", "check the escapes in quoted text") from None
     return root

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from mrctl.calibration import load_calibration
 from mrctl.errors import InputError
+from mrctl.model.effects import registry
 from mrctl.share_path import share_file
 
 TEXT = share_file("config/calibration.yaml").read_text()
@@ -257,7 +258,7 @@ DEFECTS = {
     ),
     "an unknown effect": (
         "\neffects: []\n", "\neffects: [{name: gas_sprng, parameters: {}}]\n", "effects", "effects: ",
-        "unknown effect 'gas_sprng'; this mrctl knows: none yet",
+        "unknown effect 'gas_sprng'; did you mean gas_spring?",
     ),
     "a sample rate of zero": (
         "sample_rate: {unit: Hz, value: 2000.0}", "sample_rate: {unit: Hz, value: 0.0}", "sample_rate",
@@ -297,6 +298,51 @@ def test_one_defect_is_one_complaint(defect, tmp_path):
     old, new, *_ = DEFECTS[defect]
     found = complaints(broken(old, new), tmp_path)
     assert len(found) <= 1 + FOLLOWED.get(defect, 0), found
+
+
+OFFSET = "  - {name: force_offset, parameters: {offset_n: {value: 1, unit: N}}}\n"
+EFFECT = """
+effects:
+  - name: gas_spring
+    parameters:
+      preload_n: {value: 80.0, unit: N}
+      stiffness_n_m: {value: 12000.0, unit: N/m}
+      progression_per_m: {value: 0.0, unit: 1/m}
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "said"),
+    [
+        ("gas_spring", "anti_gravity", 3, "unknown effect 'anti_gravity'; there are: "),
+        ("      preload_n: {value: 80.0, unit: N}\n", "", 4, "gas_spring lacks `preload_n`"),
+        ("preload_n", "preload", 5, "gas_spring has no `preload`; it has: preload_n"),
+        ("unit: N/m", "unit: N/mm", 6, "stiffness_n_m is in 'N/mm'; convert the value and write unit: N/m"),
+        ("12000.0", "-1.0", 6, "gas_spring.stiffness_n_m is -1 N/m; it lies in "),
+        ("12000.0", ".nan", 6, "`effects[0].parameters.stiffness_n_m.value` is nan"),
+        ("12000.0, unit: N/m", "12000.0", 6, "`effects[0].parameters.stiffness_n_m.unit` is missing"),
+        ("\neffects:", f"\neffects:\n{OFFSET}{OFFSET}".rstrip(), 4, "force_offset stands twice"),
+    ],
+)  # fmt: skip
+def test_each_defect_of_an_effect_gets_its_line_and_its_mend(old, new, line, said, tmp_path):
+    start = TEXT[: TEXT.index("\neffects:")]
+    above = start.count("\n")
+    found = complaints(start + broken(old, new, EFFECT), tmp_path)
+    assert (above + line, True) in [(at, said in what) for at, what in found], found
+
+
+def test_a_broken_plug_in_is_told_only_where_effects_are_used(tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text("EFFECT = 1 / 0\n")
+    monkeypatch.setenv("MRCTL_EFFECTS", str(tmp_path / "mine.py"))
+    registry.forget()
+    try:
+        (tmp_path / "plain.yaml").write_text(TEXT)
+        load_calibration(tmp_path / "plain.yaml")
+        (found,) = complaints(broken("\neffects: []\n", EFFECT), tmp_path)
+        assert "the effect cannot be loaded" in found[1]
+    finally:
+        monkeypatch.undo()
+        registry.forget()
 
 
 def test_all_defects_of_a_file_come_at_once(tmp_path):

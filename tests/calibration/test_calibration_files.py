@@ -15,12 +15,13 @@ from mrctl.calibration import (
     Step,
     calibration_from_damper,
     dump_calibration,
-    effects,
+    known_effects,
     load_calibration,
 )
 from mrctl.calibration.json_schema import calibration_json_schema
 from mrctl.errors import InputError
 from mrctl.model.damper import EffectSetting, Span
+from mrctl.model.effects.registry import effects
 from mrctl.model.static import static_tables
 from mrctl.share_path import share_file
 
@@ -109,14 +110,9 @@ def test_what_is_dumped_is_loaded_to_the_same_floats(default, tmp_path_factory, 
     assert dict(again.std) == dict(calibration.std)
 
 
-def test_effects_keep_parameters_units_and_deviations(default, tmp_path, monkeypatch):
-    known = {"gas_spring": {"stiffness_n_m": "N/m", "preload_n": "N"}}
-    for module in ("mrctl.calibration.effects", "mrctl.calibration.render"):
-        monkeypatch.setattr(f"{module}.known_effects", lambda: known)
-    damper = replace(
-        default.damper,
-        effects=(EffectSetting("gas_spring", {"stiffness_n_m": 12000.0, "preload_n": 80.0}),),
-    )
+def test_effects_keep_parameters_units_and_deviations(default, tmp_path):
+    values = {"preload_n": 80.0, "stiffness_n_m": 12000.0, "progression_per_m": 0.0}
+    damper = replace(default.damper, effects=(EffectSetting("gas_spring", values),))
     calibration = calibration_from_damper(
         "x", damper, default.provenance, {"effects.gas_spring.preload_n": (4.5,)}
     )
@@ -124,11 +120,18 @@ def test_effects_keep_parameters_units_and_deviations(default, tmp_path, monkeyp
     again = load_calibration(tmp_path / "c.yaml")
     assert again.damper.effects == damper.effects
     assert dict(again.std) == {"effects.gas_spring.preload_n": (4.5,)}
-    assert "unit: N/m" in (tmp_path / "c.yaml").read_text()
+    assert "stiffness_n_m: {value: 12000.0, unit: N/m}" in (tmp_path / "c.yaml").read_text()
 
 
-def test_no_effect_is_known_yet():
-    assert effects.known_effects() == {}
+def test_every_known_effect_can_be_kept(default, tmp_path):
+    for name, effect in effects().items():
+        setting = EffectSetting(name, effect.mapping(effect.typical))
+        calibration = calibration_from_damper(
+            name, replace(default.damper, effects=(setting,)), default.provenance
+        )
+        dump_calibration(calibration, tmp_path / "c.yaml")
+        assert load_calibration(tmp_path / "c.yaml").damper.effects == (setting,)
+        assert set(known_effects()[name]) == set(setting.parameters)
 
 
 def test_a_dump_that_could_not_be_loaded_is_refused_and_leaves_the_old_file(default, tmp_path):
