@@ -35,7 +35,9 @@ def default():
 
 def test_the_shipped_file_is_what_dumping_it_writes(default, tmp_path):
     dump_calibration(default, tmp_path / "c.yaml")
-    assert (tmp_path / "c.yaml").read_text() == DEFAULT.read_text()
+    modeline, _, rest = DEFAULT.read_text().partition("\n")
+    assert modeline == "# yaml-language-server: $schema=calibration.schema.json"
+    assert (tmp_path / "c.yaml").read_text() == rest
 
 
 def test_the_shipped_json_schema_is_current():
