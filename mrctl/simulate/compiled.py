@@ -20,8 +20,10 @@ from typing import Any, cast
 
 import numba
 from numba.core import config
+from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 
+from mrctl.errors import InputError
 from mrctl.model.effects.base import Effect, Step
 from mrctl.simulate import extension, loops
 
@@ -30,9 +32,26 @@ Kernel = Callable[..., None]
 _known: set[FunctionType] = set()
 
 
+def run_step(effect: Effect, *arguments: object) -> None:
+    """The effect's step over whole arrays; `loops` tells the arguments.
+
+    Raises InputError naming the effect's file where numba cannot compile it.
+    """
+    try:
+        kernel(effect)(*arguments)
+    except NumbaError as error:
+        reason = next((line for line in str(error).splitlines() if line and "nopython" not in line), "")
+        raise InputError.at(
+            effect.step.__code__.co_filename,
+            f"the step of {effect.name} cannot be compiled ({reason.strip()})",
+            "keep to floats, math and plain functions",
+            effect.step.__code__.co_firstlineno,
+        ) from error
+
+
 @cache
 def kernel(effect: Effect) -> Kernel:
-    """The effect's step over whole arrays; see `loops` for its arguments."""
+    """The effect's loop."""
     return compiled(loops.LOOPS[effect.stage], effect.step, effect.name)
 
 

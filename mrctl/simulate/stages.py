@@ -17,7 +17,7 @@ from mrctl.model.filters import Coefficients, Filter, iir_step, settled_state
 from mrctl.model.static import StaticTables, force_level
 from mrctl.model.tables import interpolate
 from mrctl.simulate import loops
-from mrctl.simulate.compiled import compiled, kernel
+from mrctl.simulate.compiled import compiled, run_step
 from mrctl.simulate.run import Array
 
 Chosen = Sequence[tuple[Effect, Vector]]
@@ -77,7 +77,7 @@ def piston_motion(
         inputs = velocity_m_s, displacement_m, current_a, temperature_c
         state = _state(effect, p, *(u[0] for u in inputs), tables, dt_s)
         piston = np.empty_like(velocity_m_s), np.empty_like(velocity_m_s)
-        kernel(effect)(p, state, *inputs, array_tables(tables), dt_s, *piston)
+        run_step(effect, p, state, *inputs, array_tables(tables), dt_s, *piston)
         velocity_m_s, displacement_m = piston
     return velocity_m_s, displacement_m
 
@@ -165,5 +165,5 @@ def _state(effect: Effect, p: Vector, *first: object) -> Array:
 
 def _through(effect: Effect, p: Vector, state: Array, signal: Array, *rest: object) -> Array:
     out = np.empty_like(signal)
-    kernel(effect)(p, state, signal, *rest, out)
+    run_step(effect, p, state, signal, *rest, out)
     return out

@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mrctl.model.damper import Damper
-from mrctl.model.effects.base import EffectError, Stage
-from mrctl.model.effects.registry import in_order
+from mrctl.model.effects.base import EffectError, Settings, Stage
+from mrctl.model.effects.registry import of_damper
 from mrctl.model.static import StaticTables
 from mrctl.simulate import stages
 from mrctl.simulate.run import Array, Run
 
-Settings = Mapping[Stage, stages.Chosen]
 Made = Mapping[object, tuple[object, Any]]
 
 
@@ -79,7 +78,7 @@ def trace(
     settled: start as if the first sample had lasted for ever; else with H at rest, as a daemon starts.
     Raises EffectError for unsound effects, or one that needs a displacement the run does not have.
     """
-    chosen = settings if settings is not None else in_order((e.name, e.parameters) for e in damper.effects)
+    chosen = settings if settings is not None else of_damper(damper)
     _check_needs(chosen, run)
     by = {stage: tuple(chosen.get(stage, ())) for stage in Stage}
     make = _Maker(like.made if like is not None and like.run is run and like.settled == settled else {})

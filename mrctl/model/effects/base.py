@@ -199,6 +199,10 @@ class Effect:
         return [] if self.start is None else [float(x) for x in self.start(p, *first)]
 
 
+Settings = Mapping[Stage, Sequence[tuple[Effect, Vector]]]
+"""Effects with their parameter vectors, by stage, each stage in its order; a missing stage has none."""
+
+
 def faults(effect: Effect) -> list[str]:
     """What is wrong with an effect's description, in words; empty when it is sound."""
     found = [

@@ -44,12 +44,12 @@ EFFECT = Effect(
             0.0,
             -0.95,
             3.0,
-            -0.3,
+            -0.4,
             "relative change of the force at v = 0",
             linear=True,
         ),
         Parameter(
-            "growth_s_m", "s/m", 0.0, -2.0, 10.0, 0.2, "relative growth a m/s above the knee", linear=True
+            "growth_s_m", "s/m", 0.0, -2.0, 10.0, 0.5, "relative growth a m/s above the knee", linear=True
         ),
         Parameter(
             "knee_m_s", "m/s", 0.05, 0.002, 1.0, 0.05, "velocity at which the low-speed change is half"

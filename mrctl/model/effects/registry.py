@@ -21,11 +21,12 @@ from pathlib import Path
 from types import ModuleType
 
 from mrctl.errors import InputError, Problem
-from mrctl.model.effects.base import Effect, EffectError, Stage, Vector, faults
+from mrctl.model.damper import Damper
+from mrctl.model.effects.base import Effect, EffectError, Settings, Stage, Vector, faults
 
 GROUP = "mrctl.effects"
 VARIABLE = "MRCTL_EFFECTS"
-NOT_EFFECTS = frozenset({"base", "registry"})
+NOT_EFFECTS = frozenset({"base", "card", "registry"})
 
 # What running someone else's file can raise; each is told with the file's name.
 BROKEN = (
@@ -69,7 +70,12 @@ def forget() -> None:
     effects.cache_clear()
 
 
-def in_order(settings: Iterable[tuple[str, Mapping[str, float]]]) -> dict[Stage, list[tuple[Effect, Vector]]]:
+def of_damper(damper: Damper) -> Settings:
+    """The damper's effects with their parameter vectors, by stage. Raises EffectError for unsound ones."""
+    return in_order((one.name, one.parameters) for one in damper.effects)
+
+
+def in_order(settings: Iterable[tuple[str, Mapping[str, float]]]) -> Settings:
     """Named settings as (effect, parameter vector) by stage, each stage in its order of computation.
 
     Raises EffectError for unknown or doubled effects and unsound parameters.

@@ -1,0 +1,130 @@
+"""`mrctl effects`: the physical effects it knows, and a start for one of your own."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import keyword
+import os
+import sys
+import textwrap
+from pathlib import Path
+
+from mrctl.calibration import load_calibration
+from mrctl.cli.effect_template import template
+from mrctl.errors import InputError
+from mrctl.model.effects.base import Effect, Parameter
+from mrctl.model.effects.card import card
+from mrctl.model.effects.registry import VARIABLE, effects
+from mrctl.report.terminal import paint
+from mrctl.share_path import share_file
+from mrctl.yaml_source.writer import write_atomically
+
+SUMMARY = "the physical effects it knows: equations, parameters, how each is undone"
+WIDTH = 100
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `mrctl effects`."""
+    parser.add_argument("names", nargs="*", metavar="NAME", help="only these effects (default: all)")
+    parser.add_argument("--json", metavar="FILE", help="write them as JSON; - is standard output")
+    parser.add_argument("--new", metavar="NAME", help="write a commented effect of your own that runs")
+    parser.add_argument("-o", "--output", metavar="FILE", help="where --new writes (default: NAME.py)")
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="try out what every effect promises (with numba, from the extra desk)",
+    )
+    parser.epilog = f"""\
+An effect of your own is one file that holds an EFFECT. mrctl finds it in the files and folders that the
+environment variable {VARIABLE} lists (separated by "{os.pathsep}"), or in an installed package through the
+entry point `[project.entry-points."mrctl.effects"]  NAME = "package.module"`.
+
+examples:
+  mrctl effects
+  mrctl effects gas_spring
+  mrctl effects --new bypass_groove -o bypass_groove.py
+  {VARIABLE}=bypass_groove.py mrctl effects bypass_groove --check
+"""
+
+
+def run(args: argparse.Namespace) -> int:
+    """List, write or check; returns 0, or 1 where a promise is broken."""
+    if args.new is not None:
+        return _write_new(args.new, Path(args.output or f"{args.new}.py"))
+    chosen = _chosen(args.names)
+    if args.json:
+        text = json.dumps({"effects": [card(one) for one in chosen]}, indent=2, ensure_ascii=False) + "\n"
+        if args.json == "-":
+            sys.stdout.write(text)
+            return 0
+        write_atomically(args.json, text)
+    if args.check:
+        return _check(chosen)
+    print("\n\n".join(_text(one) for one in chosen))
+    return 0
+
+
+def _chosen(names: list[str]) -> list[Effect]:
+    known = effects()
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise InputError.at(
+            "NAME", f"there is no effect {', '.join(unknown)}", f"there are {', '.join(known)}"
+        )
+    return [known[name] for name in names] or list(known.values())
+
+
+def _text(one: Effect) -> str:
+    needs = f", needs {' and '.join(sorted(one.needs))}" if one.needs else ""
+    lines = [
+        f"{paint(one.name, 'bold')}  ({one.stage}{needs})",
+        *_wrapped(one.summary),
+        *_wrapped(one.equation),
+        *(line for parameter in one.parameters for line in _parameter_text(parameter)),
+        *_wrapped(f"undone: {one.inverse}. {one.inverse_note}"),
+        *_wrapped(f"source: {one.source}"),
+    ]
+    return "\n".join(lines)
+
+
+def _parameter_text(p: Parameter) -> list[str]:
+    unit = "" if p.unit == "1" else f" {p.unit}"
+    held = ", held unless asked for" if p.held else ""
+    numbers = f"{p.low:g} to {p.high:g}{unit}, neutral {p.neutral:g}, usual {p.typical:g}"
+    return _wrapped(f"{p.name}: {p.help}; {numbers}{held}", "    ")
+
+
+def _wrapped(text: str, indent: str = "  ") -> list[str]:
+    return textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+
+
+def _write_new(name: str, path: Path) -> int:
+    if not name.isidentifier() or keyword.iskeyword(name) or name != name.lower():
+        raise InputError.at("--new", f"{name!r} cannot name an effect", "lower-case letters, digits and _")
+    if name in effects():
+        raise InputError.at("--new", f"the effect {name} is already there", "choose another name")
+    if path.exists():
+        raise InputError.at(path, "the file is already there", "choose another with -o")
+    write_atomically(path, template(name))
+    print(f"wrote {path}")
+    print(f"try it:  {VARIABLE}={path} mrctl effects {name} --check")
+    return 0
+
+
+def _check(chosen: list[Effect]) -> int:
+    try:
+        from mrctl.simulate.promises import broken_promises  # noqa: PLC0415 - only this needs numba
+    except ImportError as error:
+        raise InputError.at(
+            "--check", f"it needs {error.name}", 'install the extra: pip install "mrctl[desk]"'
+        ) from error
+    damper = load_calibration(share_file("config/calibration.yaml")).damper
+    sound = True
+    for one in chosen:
+        broken = broken_promises(one, damper)
+        sound = sound and not broken
+        print(f"{one.name}: {'keeps its promises' if not broken else 'breaks its promises'}")
+        for what in broken:
+            print(f"  {what}")
+    return 0 if sound else 1

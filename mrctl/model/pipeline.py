@@ -1,0 +1,289 @@
+"""The forward and inverse model of a damper with effects, sample by sample, in plain floats.
+
+The order of computation and what the symbols mean stand in `mrctl.model.effects.base`. Without effects
+both are the forward and the inverse model, to the last bit.
+
+The inverse goes through the stages backwards. What depends on the current that it is looking for (the
+fluid's temperature, the piston's motion, the field) is followed with the commands already sent; one
+sample's delay is the price.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mrctl.model.damper import Damper
+from mrctl.model.effects.base import Effect, Settings, Stage, Vector
+from mrctl.model.effects.registry import of_damper
+from mrctl.model.filters import iir_step, settled_state
+from mrctl.model.inverse import InverseModel
+from mrctl.model.static import StaticTables, force_level
+from mrctl.model.tables import interpolate
+
+# Factors that depend on the current are divided by again and again until they agree with it.
+FACTOR_ROUNDS = 8
+FACTOR_TOLERANCE = 1e-4
+
+
+class _Running:
+    """One effect at work: its step, parameters and state; the state is made at the first sample."""
+
+    __slots__ = ("_effect", "_state", "p", "step", "undo")
+
+    def __init__(self, effect: Effect, p: Vector) -> None:
+        self._effect = effect
+        self._state: list[float] | None = None
+        self.p = p
+        self.step = effect.step
+        self.undo = effect.undo
+
+    def state(self, *first: Any) -> list[float]:  # noqa: ANN401 - as the stage's step
+        """The state, begun with the step's arguments after the state where there is none yet."""
+        if self._state is None:
+            self._state = self._effect.initial(self.p, *first)
+        return self._state
+
+    def next(self, *inputs: Any) -> Any:  # noqa: ANN401 - as the stage's step
+        """The step's result; the state goes on."""
+        return self.step(self.p, self.state(*inputs), *inputs)
+
+    def peek(self, *inputs: Any) -> Any:  # noqa: ANN401 - as the stage's step
+        """The step's result; the state stays."""
+        return self.step(self.p, list(self.state(*inputs)), *inputs)
+
+    def input_for(self, *wanted: Any) -> float:  # noqa: ANN401 - as the stage's step
+        """The input that makes the wanted output, first of the arguments, or comes nearest."""
+        if self.undo is None:
+            return float(wanted[0])
+        return float(self.undo(self.p, self.state(*wanted), *wanted))
+
+    def restart(self) -> None:
+        """Begin anew at the next sample."""
+        self._state = None
+
+
+class _Stages:
+    """All effects of one damper at work, by stage."""
+
+    __slots__ = (
+        "additive",
+        "current",
+        "everything",
+        "factor",
+        "limit",
+        "motion",
+        "output",
+        "temperature",
+        "yielding",
+    )
+
+    def __init__(self, chosen: Settings) -> None:
+        by = {stage: tuple(_Running(*pair) for pair in chosen.get(stage, ())) for stage in Stage}
+        self.current = by[Stage.CURRENT]
+        self.temperature = by[Stage.TEMPERATURE]
+        self.motion = by[Stage.MOTION]
+        self.factor = by[Stage.FACTOR]
+        self.yielding = by[Stage.YIELD]
+        self.additive = by[Stage.ADDITIVE]
+        self.limit = by[Stage.LIMIT]
+        self.output = by[Stage.OUTPUT]
+        self.everything = tuple(one for effects in by.values() for one in effects)
+
+    def restart(self) -> None:
+        for one in self.everything:
+            one.restart()
+
+    def fluid_and_piston(
+        self, v: float, x: float, current_a: float, temperature_c: float, t: StaticTables, dt_s: float
+    ) -> tuple[float, float, float]:
+        """The fluid's temperature, the piston's velocity and its displacement."""
+        for one in self.temperature:
+            temperature_c = one.next(temperature_c, v, current_a, t, dt_s)
+        for one in self.motion:
+            v, x = one.next(v, x, current_a, temperature_c, t, dt_s)
+        return temperature_c, v, x
+
+
+class _Acceleration:
+    """Velocity differenced backwards, where no acceleration is measured; 0 at the first sample."""
+
+    __slots__ = ("_before", "_dt_s")
+
+    def __init__(self, dt_s: float) -> None:
+        self._dt_s = dt_s
+        self._before: float | None = None
+
+    def next(self, velocity_m_s: float, measured_m_s2: float | None) -> float:
+        before, self._before = self._before, velocity_m_s
+        if measured_m_s2 is not None:
+            return measured_m_s2
+        return 0.0 if before is None else (velocity_m_s - before) / self._dt_s
+
+
+class ForwardPipeline:
+    """One damper's force with its effects, sample by sample, at a fixed step."""
+
+    __slots__ = ("_acceleration", "_coefficients", "_dt_s", "_stages", "_state", "_static", "needs")
+
+    def __init__(self, damper: Damper, dt_s: float, settings: Settings | None = None) -> None:
+        """The damper's own effects, or those in `settings` by stage, in order.
+
+        Raises FilterError when the filter cannot be carried to 1/dt_s, EffectError for unsound effects.
+        """
+        chosen = of_damper(damper) if settings is None else settings
+        self._static = damper.static
+        self._dt_s = dt_s
+        self._coefficients = damper.forward_filter.resampled(1.0 / dt_s).coefficients
+        self._stages = _Stages(chosen)
+        self.needs = needs(chosen)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all that was: H is at rest, and the effects begin with the next sample."""
+        self._state = [0.0, 0.0, 0.0]
+        self._acceleration = _Acceleration(self._dt_s)
+        self._stages.restart()
+
+    def settle(
+        self, velocity_m_s: float, current_a: float, temperature_c: float, displacement_m: float = 0.0
+    ) -> None:
+        """Take the state that this motion, held for ever, would lead to."""
+        self.reset()
+        back = self._backbone(velocity_m_s, current_a, temperature_c, displacement_m)[0]
+        self.reset()
+        self._state = settled_state(self._coefficients, back)
+
+    def step(
+        self,
+        velocity_m_s: float,
+        current_a: float,
+        temperature_c: float,
+        displacement_m: float = 0.0,
+        acceleration_m_s2: float | None = None,
+    ) -> float:
+        """The damper's force in N at this sample, as a sensor reports it."""
+        stages, dt = self._stages, self._dt_s
+        a = self._acceleration.next(velocity_m_s, acceleration_m_s2)
+        back, v, x, i, warm = self._backbone(velocity_m_s, current_a, temperature_c, displacement_m)
+        force = iir_step(self._coefficients, self._state, back)
+        for one in stages.additive:
+            force += one.next(v, x, a, i, warm, dt)
+        for one in stages.limit:
+            force = one.next(force, v, x, dt)
+        for one in stages.output:
+            force = one.next(force, dt)
+        return force
+
+    def _backbone(
+        self, v: float, i: float, temperature_c: float, x: float
+    ) -> tuple[float, float, float, float, float]:
+        """The static force, and the piston's velocity and displacement, field current and temperature."""
+        stages, t, dt = self._stages, self._static, self._dt_s
+        for one in stages.current:
+            i = one.next(i, dt)
+        warm, v, x = stages.fluid_and_piston(v, x, i, temperature_c, t, dt)
+        level = force_level(i, warm, t)
+        back = level * interpolate(v, t.velocity_m_s, t.shape)
+        for one in stages.factor:
+            back *= one.next(v, x, i, warm, dt)
+        for one in stages.yielding:
+            back = one.next(back, v, x, level, dt)
+        return back, v, x, i, warm
+
+
+class InversePipeline(InverseModel):
+    """One damper's current command with its effects undone, sample by sample, at a fixed step."""
+
+    __slots__ = ("_acceleration", "_dt_s", "_field_a", "_largest_a", "_stages", "_tables", "needs")
+
+    def __init__(self, damper: Damper, dt_s: float, settings: Settings | None = None) -> None:
+        """The damper's own effects, or those in `settings` by stage, in order.
+
+        Raises FilterError when a filter cannot be carried to 1/dt_s, EffectError for unsound effects.
+        """
+        chosen = of_damper(damper) if settings is None else settings
+        self._dt_s = dt_s
+        self._tables = damper.static
+        self._largest_a = damper.current_max_a
+        self._stages = _Stages(chosen)
+        self.needs = needs(chosen)
+        super().__init__(damper, dt_s)
+
+    def reset(self, force_wish_n: float = 0.0, current_a: float = 0.0) -> None:
+        """Take the state that a constant wish leads to, with this current flowing; effects begin anew."""
+        super().reset(force_wish_n, current_a)
+        self._stages.restart()
+        self._acceleration = _Acceleration(self._dt_s)
+        self._field_a = current_a
+
+    def step(
+        self,
+        force_wish_n: float,
+        velocity_m_s: float,
+        temperature_c: float,
+        displacement_m: float = 0.0,
+        acceleration_m_s2: float | None = None,
+    ) -> float:
+        """The current command in A: finite, within 0 and the largest, within the slew limit of the last."""
+        stages, t, dt = self._stages, self._tables, self._dt_s
+        if not stages.everything:
+            return super().step(force_wish_n, velocity_m_s, temperature_c)
+        a = self._acceleration.next(velocity_m_s, acceleration_m_s2)
+        field = self._field_a
+        warm, v, x = stages.fluid_and_piston(velocity_m_s, displacement_m, field, temperature_c, t, dt)
+        wish = force_wish_n
+        for one in reversed(stages.output):
+            wish = one.input_for(wish, dt)
+        for one in reversed(stages.limit):
+            wish = one.input_for(wish, v, x, dt)
+        for one in stages.additive:
+            wish -= one.next(v, x, a, field, warm, dt)
+        back = self.backbone_wish(wish)
+        level = force_level(field, warm, t)
+        for one in reversed(stages.yielding):
+            back = one.input_for(back, v, x, level, dt)
+        g = interpolate(v, t.velocity_m_s, t.shape)
+        field += self.authority(g) * (self._exact_field(back, g, v, x, warm) - field)
+        for one in reversed(stages.current):
+            field = one.input_for(field, dt)
+        self.command(min(max(field, 0.0), self._largest_a))
+        self._follow(g, v, x, warm)
+        return self.current_a
+
+    def _exact_field(self, back_n: float, g: float, v: float, x: float, warm_c: float) -> float:
+        """The field current in A whose static force, times the factors at that current, is back_n."""
+        if not self._stages.factor:
+            return self.exact_current(back_n, g, warm_c)
+        was_on, factor = self._on, self._factor(self._field_a, v, x, warm_c)
+        for _ in range(FACTOR_ROUNDS):
+            self._on = was_on
+            exact = self.exact_current(back_n / factor, g, warm_c)
+            before, factor = factor, self._factor(exact, v, x, warm_c)
+            if abs(factor - before) <= FACTOR_TOLERANCE * before:
+                break
+        return exact
+
+    def _factor(self, current_a: float, v: float, x: float, warm_c: float) -> float:
+        product = 1.0
+        for one in self._stages.factor:
+            product *= one.peek(v, x, current_a, warm_c, self._dt_s)
+        return product
+
+    def _follow(self, g: float, v: float, x: float, warm_c: float) -> None:
+        """Bring the states that the command changes to where the command sent puts them."""
+        stages, dt = self._stages, self._dt_s
+        field = self.current_a
+        for one in stages.current:
+            field = one.next(field, dt)
+        self._field_a = field
+        level = force_level(field, warm_c, self._tables)
+        back = level * g
+        for one in stages.factor:
+            back *= one.next(v, x, field, warm_c, dt)
+        for one in stages.yielding:
+            back = one.next(back, v, x, level, dt)
+
+
+def needs(settings: Settings) -> frozenset[str]:
+    """The signals beyond velocity, current and temperature that these effects need."""
+    return frozenset(signal for pairs in settings.values() for effect, _ in pairs for signal in effect.needs)
