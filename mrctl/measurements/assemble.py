@@ -15,6 +15,8 @@ from mrctl.measurements.run import BY_ATTRIBUTE, KINEMATICS, FloatArray, IntArra
 if TYPE_CHECKING:
     from pathlib import Path
 
+ABSURD = 1e15
+"""No channel holds such a number in any unit; squares of it would still be finite."""
 MIN_ROWS = 10
 """Below this no derivative can be taken and nothing can be said about a damper."""
 
@@ -123,13 +125,20 @@ def _missing(raw: RawRun, *, need_force: bool, need_current: bool) -> list[Probl
 
 
 def _not_finite(raw: RawRun) -> list[Problem]:
-    """One problem per channel with NaN or infinite values."""
+    """One problem per channel with values that are not finite, or beyond anything that is measured."""
     problems = []
     for name, values in raw.channels.items():
-        bad = np.flatnonzero(~np.isfinite(values))
+        bad = np.flatnonzero(~(np.abs(values) < ABSURD))
         if len(bad):
-            kind = "NaN" if np.isnan(values[bad[0]]) else "infinite"
-            more = f" (and not finite in {len(bad) - 1} more rows)" if len(bad) > 1 else ""
+            value = values[bad[0]]
+            kind = (
+                "NaN"
+                if np.isnan(value)
+                else "infinite"
+                if np.isinf(value)
+                else f"{value:.3g}, no measured value"
+            )
+            more = f" (and so in {len(bad) - 1} more rows)" if len(bad) > 1 else ""
             what = f"{BY_ATTRIBUTE[name].column} is {kind}{more}"
             problems.append(
                 Problem(str(raw.file), raw.row(int(bad[0])), what, "fill in the value, or remove the row")

@@ -182,11 +182,17 @@ def integrate(values: FloatArray, dt: float) -> Integral:
     if frequency is not None:
         drift = _line_beside_harmonics(total, time, frequency)
         return Integral(total - drift, "zero mean over whole cycles, drift removed")
-    # Hann weights: cycles cut at the ends of the run must not tilt the line.
-    weights = np.hanning(len(time) + 2)[1:-1]
-    line = np.polynomial.Polynomial.fit(time, total, 1, w=np.sqrt(weights))
-    result = total - line(time)
+    result = total - hann_line(total)
     return Integral(result - result[0], "zero at the start, straight drift removed")
+
+
+def hann_line(values: FloatArray) -> FloatArray:
+    """The straight line through `values` (n,), weighted so that cycles cut at the ends do not tilt it."""
+    weights = np.hanning(len(values) + 2)[1:-1]
+    weights /= weights.sum()
+    place = np.linspace(-1.0, 1.0, len(values))  # its weighted mean is zero by symmetry
+    slope = np.sum(weights * place * values) / np.sum(weights * place**2)
+    return np.asarray(np.sum(weights * values) + slope * place)
 
 
 def motion_frequency(values: FloatArray, dt: float) -> float | None:
@@ -199,7 +205,7 @@ def motion_frequency(values: FloatArray, dt: float) -> float | None:
     signs = np.sign(values[np.abs(values) > threshold])
     if np.count_nonzero(np.diff(signs)) < 2:
         return None
-    padded = 4 * count
+    padded = 4 << (count - 1).bit_length()
     power = np.abs(np.fft.rfft(centred * np.hanning(count), padded)) ** 2
     peak = int(np.argmax(power[1:-1])) + 1
     below, at, above = np.log(power[peak - 1 : peak + 2] + np.finfo(float).tiny)
