@@ -41,7 +41,7 @@ EFFECT = Effect(
     equation="i1 = i + share (y - i), y = play of i with half width half_width / share",
     source="Play operator: Krasnosel'skii, Pokrovskii 1989. In MR: An, Kwon, JIMSS 14 (2003).",
     parameters=(
-        Parameter("half_width_a", "A", 0.0, 0.0, 0.5, 0.05, "half the width of the loop of i1 over i"),
+        Parameter("half_width_a", "A", 0.0, 0.0, 0.5, 0.08, "half the width of the loop of i1 over i"),
         Parameter(
             "share", "1", 1.0, 0.1, 1.0, 1.0, "share of the field that is subject to the play", 0.2, held=True
         ),

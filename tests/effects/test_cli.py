@@ -1,0 +1,101 @@
+"""`mrctl effects`: the list, one card, JSON, a new effect, a check."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+import pytest
+
+from mrctl.cli import effects as command
+from mrctl.errors import InputError
+from mrctl.model.effects import registry
+
+
+@pytest.fixture(autouse=True)
+def anew(monkeypatch):
+    monkeypatch.delenv(registry.VARIABLE, raising=False)
+    registry.forget()
+    yield
+    registry.forget()
+
+
+def mrctl_effects(*words: object) -> int:
+    parser = argparse.ArgumentParser()
+    command.add_arguments(parser)
+    return command.run(parser.parse_args([str(word) for word in words]))
+
+
+def test_the_list_tells_everything_of_every_effect(capsys):
+    assert mrctl_effects() == 0
+    text = " ".join(capsys.readouterr().out.split())
+    for effect in registry.effects().values():
+        assert " ".join(effect.equation.split()) in text
+        assert effect.source in text
+        assert f"undone: {effect.inverse}" in text
+        for parameter in effect.parameters:
+            assert f"{parameter.name}: {parameter.help}; {parameter.low:g} to {parameter.high:g}" in text
+
+
+def test_a_name_shows_its_card_alone(capsys):
+    assert mrctl_effects("gas_spring") == 0
+    out = capsys.readouterr().out
+    assert out.startswith("gas_spring  (additive, needs displacement)")
+    assert "fluid_inertia" not in out
+
+
+def test_json_goes_to_standard_output_alone(capsys):
+    assert mrctl_effects("--json", "-") == 0
+    cards = json.loads(capsys.readouterr().out)["effects"]
+    assert [c["name"] for c in cards] == list(registry.effects())
+
+
+def test_json_goes_to_a_file_beside_the_list(tmp_path, capsys):
+    assert mrctl_effects("current_lag", "--json", tmp_path / "e.json") == 0
+    assert "current_lag" in capsys.readouterr().out
+    assert json.loads((tmp_path / "e.json").read_text())["effects"][0]["stage"] == "current"
+
+
+def test_an_unknown_name_is_refused_with_the_known_ones():
+    with pytest.raises(InputError, match=r"there is no effect gas_sprig; there are .*gas_spring"):
+        mrctl_effects("gas_sprig")
+
+
+def test_a_new_effect_is_found_and_keeps_its_promises(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "bypass_groove.py"
+    assert mrctl_effects("--new", "bypass_groove", "-o", path) == 0
+    monkeypatch.setenv(registry.VARIABLE, str(path))
+    registry.forget()
+    assert mrctl_effects("bypass_groove", "--check") == 0
+    assert "bypass_groove: keeps its promises" in capsys.readouterr().out
+
+
+def test_a_broken_promise_is_told_and_makes_the_status_1(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "bypass_groove.py"
+    mrctl_effects("--new", "bypass_groove", "-o", path)
+    path.write_text(path.read_text().replace("return p[0] *", "return 1.0 + p[0] *"))
+    monkeypatch.setenv(registry.VARIABLE, str(path))
+    registry.forget()
+    assert mrctl_effects("bypass_groove", "--check") == 1
+    assert "its neutral values change the force" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["gas_spring", "Gas", "my effect", "class", "../x", ""])
+def test_a_name_that_cannot_be_is_refused_and_nothing_written(name, tmp_path):
+    with pytest.raises(InputError):
+        mrctl_effects("--new", name, "-o", tmp_path / "x.py")
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_file_is_overwritten(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text("precious")
+    with pytest.raises(InputError, match="already there"):
+        mrctl_effects("--new", "mine", "-o", path)
+    assert path.read_text() == "precious"
+
+
+def test_help_shows_an_example():
+    parser = argparse.ArgumentParser()
+    command.add_arguments(parser)
+    assert "mrctl effects --new" in parser.format_help()
