@@ -14,7 +14,7 @@ import cantools.database
 from e2e.p02 import e2e_p02_check
 
 CHECKOUT = Path(__file__).resolve().parent.parent.parent
-LINE = re.compile(r"\((\d+\.\d+)\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#(R\d?|[0-9A-F]*)")
+LINE = re.compile(r"\((\d+\.\d+)\) (\S+) ([0-9A-F]{3}|[0-9A-F]{8})#(R\d?|#[0-9A-F]|)([0-9A-F]*)")
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Frame:
     can_id: int
     extended: bool
     data: bytes | None
+    fd: bool = False
 
 
 def read(text: str) -> list[Frame]:
@@ -33,9 +34,9 @@ def read(text: str) -> list[Frame]:
     for number, line in enumerate(text.splitlines(), 1):
         found = LINE.fullmatch(line.strip())
         assert found, f"line {number} of the log is no candump line: {line!r}"
-        time_s, _, can_id, data = found.groups()
-        payload = None if data.startswith("R") else bytes.fromhex(data)
-        frames.append(Frame(float(time_s), int(can_id, 16), len(can_id) == 8, payload))
+        time_s, _, can_id, kind, data = found.groups()
+        payload = None if kind.startswith("R") else bytes.fromhex(data)
+        frames.append(Frame(float(time_s), int(can_id, 16), len(can_id) == 8, payload, kind.startswith("#")))
     return frames
 
 
@@ -53,7 +54,7 @@ def dbc() -> Any:
 def named(frames: Iterable[Frame], name: str) -> list[Frame]:
     """The frames with the ID of this message of the DBC."""
     can_id = dbc().get_message_by_name(name).frame_id
-    return [frame for frame in frames if frame.can_id == can_id and not frame.extended]
+    return [frame for frame in frames if frame.can_id == can_id and not frame.extended and not frame.fd]
 
 
 def decode(frame: Frame) -> dict[str, Any]:

@@ -71,4 +71,4 @@ umount /proc
 cd "$root" || die "no $root"
 # Moved, not only chroot: the kernel refuses user namespaces (PrivateUsers=) to whoever sits in a chroot.
 mount --move . / || die "cannot move the root"
-exec chroot . /lib/systemd/systemd --unit=bed.target --show-status=no --log-level=warning
+exec chroot . /lib/systemd/systemd --unit=bed.target --show-status=no
