@@ -1,9 +1,7 @@
-"""One corner of the vehicle: a quarter car on a virtual damper, and what its sensors say."""
+"""One corner of the vehicle: a quarter car on a virtual damper."""
 
 from __future__ import annotations
 
-import random
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from mrctl.plant.quarter_car import QuarterCar
@@ -70,17 +68,3 @@ class Corner:
             damper.temperature_c,
             car.tyre_force_n,
         )
-
-
-@dataclass(frozen=True, slots=True)
-class Sensor:
-    """A measuring chain: offset, white noise (standard deviation), then rounding to a step (0 for none)."""
-
-    noise: float = 0.0
-    quantum: float = 0.0
-    offset: float = 0.0
-
-    def read(self, truth: float, source: random.Random) -> float:
-        """The measured value, in the unit of the truth."""
-        value = truth + self.offset + (source.gauss(0.0, self.noise) if self.noise > 0.0 else 0.0)
-        return round(value / self.quantum) * self.quantum if self.quantum > 0.0 else value

@@ -40,12 +40,17 @@ class Flat:
 
 
 class Bump:
-    """A cosine hump: height/2 (1 - cos(2 pi x / length)) from its start on."""
+    """A cosine hump, height/2 (1 - cos(2 pi x / length)) from its start on; once, or every so many metres."""
 
-    def __init__(self, start_m: float, length_m: float, height_m: float) -> None:
-        """Raises ValueError for a length that is not positive."""
+    def __init__(
+        self, start_m: float, length_m: float, height_m: float, every_m: float | None = None
+    ) -> None:
+        """Raises ValueError for a length that is not positive, and for bumps that overlap."""
         if not length_m > 0.0:
             raise ValueError(f"a bump {length_m!r} m long; give a length above 0")
+        if every_m is not None and not every_m >= length_m:
+            raise ValueError(f"bumps {length_m!r} m long every {every_m!r} m; set them further apart")
+        self._every_m = every_m
         self._start_m = start_m
         self._length_m = length_m
         self._height_m = height_m
@@ -53,6 +58,8 @@ class Bump:
     def height_m(self, distance_m: float) -> float:
         """The height in m, upward positive."""
         along = distance_m - self._start_m
+        if self._every_m is not None and along > 0.0:
+            along %= self._every_m
         if along <= 0.0 or along >= self._length_m:
             return 0.0
         return 0.5 * self._height_m * (1.0 - math.cos(2.0 * math.pi * along / self._length_m))

@@ -51,6 +51,14 @@ def test_bump_is_a_smooth_hump_where_it_stands():
     assert abs(bump.height_m(10.001)) < 1e-6
 
 
+def test_bump_comes_again_where_it_is_told_to():
+    bump = Bump(start_m=10.0, length_m=4.0, height_m=0.05, every_m=50.0)
+    assert bump.height_m(12.0) == pytest.approx(bump.height_m(62.0)) == pytest.approx(0.05)
+    assert bump.height_m(-38.0) == 0.0
+    with pytest.raises(ValueError, match="further apart"):
+        Bump(0.0, 4.0, 0.05, every_m=3.0)
+
+
 def test_sum_adds():
     bump = Bump(0.0, 2.0, 0.1)
     assert Sum(bump, bump, Flat()).height_m(1.0) == pytest.approx(0.2)
