@@ -14,7 +14,7 @@ from mrctl.model.baselines.liu import LiuMap
 from mrctl.model.baselines.reader import LEAD_RATIO, ReaderInverse
 from mrctl.model.damper import Damper
 from mrctl.model.inverse import InverseModel
-from mrctl.model.static import Reach
+from mrctl.model.static_inverse import Reach
 
 
 class CurrentMap(Protocol):
