@@ -1,0 +1,236 @@
+"""Each effect follows its equation, by an independent solution of it, and keeps the laws it must."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import make_damper, with_effects
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from mrctl.model.effects.registry import effects
+from mrctl.model.static import backbone_force, force_level
+from mrctl.simulate import Run, stages, trace
+
+T = 2.0
+TABLES = make_damper().static
+
+
+def signals(dt_s: float, seconds: float = T) -> tuple[np.ndarray, np.ndarray]:
+    t = np.arange(round(seconds / dt_s) + 1) * dt_s
+    return t, velocity(t)
+
+
+def velocity(t):
+    return 0.25 * np.sin(9.0 * t) + 0.1 * np.sin(31.0 * t + 0.5)
+
+
+def solved(rate, y0: float, t: np.ndarray) -> np.ndarray:
+    return solve_ivp(rate, (t[0], t[-1]), [y0], t_eval=t, rtol=1e-8, atol=1e-11, max_step=1e-3).y[0]
+
+
+def relative(ours: np.ndarray, exact: np.ndarray) -> float:
+    return float(np.sqrt(np.mean((ours - exact) ** 2) / np.mean((exact - exact.mean()) ** 2)))
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])
+def test_current_lag_solves_its_differential_equation(dt_s):
+    t = np.arange(round(T / dt_s) + 1) * dt_s
+
+    def command(u):
+        return 1.5 + np.sin(12.0 * u) + 0.4 * np.sin(40.0 * u)
+
+    def rate(u, y):
+        return (command(u) - y) / (0.008 if command(u) > y[0] else 0.02)
+
+    lag = effects()["current_lag"]
+    ours = stages.field_current([(lag, (0.008, 0.02))], command(t), dt_s)
+    assert relative(ours, solved(rate, command(0.0), t)) < 3e-3
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])
+@pytest.mark.parametrize("stiffness_n_m", [5e5, 1.6e6, 5e6])
+def test_mount_compliance_solves_its_differential_equation_at_every_rate_and_stiffness(dt_s, stiffness_n_m):
+    t, v = signals(dt_s)
+    current, warm, damping = np.full(t.size, 1.5), np.full(t.size, 45.0), 1000.0
+    mount = effects()["mount_compliance"]
+    p = (1.0 / stiffness_n_m, damping)
+    v1, x1 = stages.piston_motion([(mount, p)], v, np.zeros(t.size), current, warm, TABLES, dt_s)
+    level = force_level(1.5, 45.0, TABLES)
+
+    # f h g(v1) + c v1 = k y + c v: its left side increases with v1, knot by knot.
+    knots = np.array(TABLES.velocity_m_s)
+    left = level * np.array(TABLES.shape) + damping * knots
+
+    def deflection_rate(u, y):
+        return velocity(u) - np.interp(stiffness_n_m * y + damping * velocity(u), left, knots)
+
+    y0 = backbone_force(float(v[0]), 1.5, 45.0, TABLES) / stiffness_n_m
+    exact = solve_ivp(deflection_rate, (0.0, T), [y0], t_eval=t, method="LSODA", rtol=1e-6, atol=1e-9).y[0]
+    assert relative(-x1, exact) < (5e-3 if dt_s < 0.001 else 4e-2)
+    assert np.all(np.abs(v1) <= np.max(np.abs(v)) + 2.0 * level / stiffness_n_m / dt_s)
+
+
+def test_the_mount_carries_what_the_damper_gives():
+    t, v = signals(0.001)
+    run = Run.of(0.001, v, 1.5, 45.0, np.zeros(t.size))
+    made = trace(
+        run, with_effects(make_damper(), mount_compliance={"compliance_m_n": 5e-7, "damping_n_s_m": 0.0})
+    )
+    assert -made.displacement_m / 5e-7 == pytest.approx(
+        made.static_n, abs=1e-6 * np.max(np.abs(made.static_n))
+    )
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.005])
+def test_friction_is_dahls(dt_s):
+    t, v = signals(dt_s)
+    ours = additive("coulomb_friction", (80.0, 5e-4), t, v, dt_s)
+    exact = 80.0 * solved(
+        lambda u, z: velocity(u) / 5e-4 * (1.0 - z * np.sign(velocity(u))), np.sign(v[0]), t
+    )
+    assert relative(ours, exact) < (0.01 if dt_s < 0.001 else 0.1)
+
+
+def test_fast_friction_is_coulombs():
+    t, v = signals(0.0005)
+    ours = additive("coulomb_friction", (80.0, 1e-5), t, v, 0.0005)
+    moving = np.abs(v) > 0.1
+    assert ours[moving] == pytest.approx(80.0 * np.sign(v[moving]), abs=0.1)
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])
+def test_elasticity_before_yield_solves_its_differential_equation(dt_s):
+    t, v = signals(dt_s)
+    level = force_level(1.5, 45.0, TABLES)
+
+    def backbone(u):
+        return level * np.interp(velocity(u), TABLES.velocity_m_s, TABLES.shape)
+
+    length = 1e-6 * level + 3e-4
+    exact = solved(lambda u, f: abs(velocity(u)) / length * (backbone(u) - f), float(backbone(0.0)), t)
+    effect = effects()["preyield_stiffness"]
+    ours = stages.yielding(
+        [(effect, (1e-6, 3e-4))], backbone(t), v, np.zeros(t.size), np.full(t.size, level), dt_s
+    )
+    assert relative(ours, exact) < (0.01 if dt_s < 0.001 else 0.1)
+
+
+def test_the_elastic_loop_depends_on_displacement_not_on_speed():
+    effect, level = effects()["preyield_stiffness"], 2000.0
+    loops = []
+    for slow in (1.0, 4.0):
+        dt = 0.0005 * slow
+        t = np.arange(8000) * dt
+        v = 0.3 / slow * np.cos(2.0 * np.pi * 2.0 / slow * t)
+        b = level * np.sign(v)
+        loops.append(stages.yielding([(effect, (1e-6, 0.0))], b, v, 0.0 * v, np.full(t.size, level), dt))
+    assert loops[0] == pytest.approx(loops[1], abs=1e-6)
+
+
+def test_self_heating_solves_its_energy_balance():
+    dt, p = 0.01, (2e-3, 40.0, 2.0, 0.0)
+    t = np.arange(6000) * dt
+    v, current = 0.2 * np.sin(5.0 * t), np.full(t.size, 1.5)
+    fluid = stages.fluid_temperature(
+        [(effects()["self_heating"], p)], np.full(t.size, 30.0), v, current, TABLES, dt
+    )
+
+    def rate(u, y):
+        speed = 0.2 * np.sin(5.0 * u)
+        power = backbone_force(speed, 1.5, 30.0 + y[0], TABLES) * speed + 2.0 * 1.5**2
+        return 2e-3 * power - y / 40.0
+
+    exact = solve_ivp(rate, (0.0, t[-1]), [0.0], t_eval=t, rtol=1e-7, atol=1e-9, max_step=0.02).y[0]
+    assert fluid - 30.0 == pytest.approx(exact, abs=0.02 * np.max(exact))
+    assert np.max(exact) > 5.0
+
+
+def test_the_gas_spring_covers_accumulators_of_any_exponent():
+    area, volume, pressure = 2e-4, 6e-5, 2e6
+    x = np.linspace(-0.05, 0.05, 101)
+    for kappa in (1.0, 1.2, 1.4):
+        exact = -pressure * area * (volume / (volume + area * x)) ** kappa
+        p = (
+            -pressure * area,
+            pressure * area * kappa * area / volume,
+            -(kappa + 1.0) * area / (2.0 * volume),
+        )
+        ours = np.array([effects()["gas_spring"].step(p, [], 0.0, u, 0.0, 0.0, 0.0, 0.001) for u in x])
+        assert ours == pytest.approx(exact, abs=0.004 * np.ptp(exact))
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.0002, 0.0005, 0.0012, 0.0031, 0.02])
+def test_sensor_delay_delays_by_fractions_of_a_sample(delay_s):
+    t = np.arange(4000) * 0.0005
+    ours = stages.measured([(effects()["sensor_delay"], (delay_s,))], np.sin(60.0 * t), 0.0005)
+    assert ours[50:] == pytest.approx(np.sin(60.0 * (t[50:] - delay_s)), abs=2e-6)
+
+
+def test_sensor_delay_is_continuous_in_the_delay():
+    t = np.arange(400) * 0.001
+    force = np.sin(60.0 * t)
+    for delay in (0.001, 0.002, 0.003):
+        below, above = (
+            stages.measured([(effects()["sensor_delay"], (delay + e,))], force, 0.001) for e in (-1e-9, 1e-9)
+        )
+        assert below == pytest.approx(above, abs=1e-6)
+
+
+def test_the_magnetic_loop_is_as_wide_as_stated_and_closes():
+    t = np.arange(8000) * 0.0005
+    current = 1.5 - 1.5 * np.cos(2.0 * np.pi * t)
+    field = stages.field_current([(effects()["magnetic_hysteresis"], (0.08, 0.5))], current, 0.0005)
+    rising, falling = (
+        np.interp(1.5, current[2000:3001], field[2000:3001]),
+        np.interp(1.5, current[3000:4001][::-1], field[3000:4001][::-1]),
+    )
+    assert falling - rising == pytest.approx(2 * 0.08, abs=1e-6)
+    assert field[2000:4000] == pytest.approx(field[4000:6000], abs=1e-9)
+    assert np.all(field >= 0.0)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.floats(-0.1, 0.1), st.floats(-2.0, 2.0), st.floats(0.0, 0.08), st.floats(1.0, 3.0), st.floats(0.0, 5e4)
+)
+def test_an_end_stop_pushes_back_and_never_pulls(x, v, clearance, exponent, damping):
+    force = effects()["end_stop"].step((clearance, 500.0, exponent, damping), [], v, x, 0.0, 0.0, 0.0, 0.001)
+    assert force * x >= 0.0
+    if abs(x) <= clearance:
+        assert force == 0.0
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.floats(-1e5, 1e5), st.floats(50.0, 5e4), st.floats(1.0, 5e3))
+def test_cavitation_limits_compression_only_and_keeps_the_order_of_forces(force, limit, knee):
+    step = effects()["cavitation"].step
+    limited = step((limit, knee), [], force, 0.0, 0.0, 0.001)
+    assert limited >= -limit - 1e-9
+    assert limited >= force - 1e-9
+    if force >= 0.0 and limit >= knee:
+        assert limited == force
+    assert step((limit, knee), [], force + 1.0, 0.0, 0.0, 0.001) >= limited
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(-2.0, 2.0), st.floats(-40.0, 150.0))
+def test_damping_effects_take_energy_out(v, temperature):
+    for name in ("viscous_damping", "quadratic_damping"):
+        effect = effects()[name]
+        assert effect.step(effect.typical, [], v, 0.0, 0.0, 1.0, temperature, 0.001) * v >= 0.0
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.floats(0.0, 3.0), st.floats(0.0, 0.3), st.floats(0.1, 1.0), st.floats(0.0, 3.0))
+def test_the_undoing_of_magnetic_hysteresis_gives_the_wanted_field(wanted, half_width, share, before):
+    effect = effects()["magnetic_hysteresis"]
+    p, state = (half_width, share), [before]
+    command = effect.undo(p, state, wanted, 0.001)
+    assert effect.step(p, state, command, 0.001) == pytest.approx(wanted, abs=1e-9)
+
+
+def additive(name, p, t, v, dt_s):
+    zeros = np.zeros(t.size)
+    return stages.additive(effects()[name], p, v, zeros, zeros, zeros + 1.0, zeros + 40.0, dt_s)
