@@ -159,5 +159,6 @@ def test_every_law_and_map_is_named_in_the_car_s_comments():
 
 def test_the_shipped_json_schema_is_current():
     text = share_file("config/config.schema.json").read_text()
+    # After a change of the models: Path("config/config.schema.json").write_text(config_json_schema())
     assert text == config_json_schema()
     assert set(json.loads(text)["required"]) == {"schema", "dampers"}
