@@ -41,7 +41,7 @@ def test_the_shipped_file_is_what_dumping_it_writes(default, tmp_path):
 
 
 def test_the_shipped_json_schema_is_current():
-    # After a change of the models: Path("config/calibration.schema.json").write_text(calibration_json_schema())
+    # After a change of the models: DEFAULT.with_suffix(".schema.json").write_text(calibration_json_schema())
     assert share_file("config/calibration.schema.json").read_text() == calibration_json_schema()
 
 
