@@ -66,6 +66,12 @@ class ControlConfig(StrictModel):
     parameters: Parameters = Field(default={}, description="the law's parameters")
     current_map: Word = Field(default="inverse", description="from desired force to current")
     map_parameters: Parameters = Field(default={}, description="the map's parameters")
+    anticipation_ms: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=50.0,
+        description="the current is worked out for the motion so far ahead; about the coil's time constant",
+    )
 
 
 class BodyVelocityConfig(StrictModel):

@@ -106,6 +106,7 @@ def _corner(config: Config, name: str) -> CornerPlan:
         limp_current_a=safety.limp_current_a,
         off_ramp_s=safety.off_ramp_s,
         temperature_valid_c=damper.temperature_valid_c,
+        anticipation_s=control.anticipation_ms / 1000.0,
         velocity_cutoff_hz=(
             config.body_velocity_from_acceleration.cutoff_hz if "body_acceleration" in needs else None
         ),

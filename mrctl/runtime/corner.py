@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from mrctl.can.frames import State
+from mrctl.control.anticipation import Anticipation
 from mrctl.control.base import ForceLaw, Motion
 from mrctl.control.body_velocity import BodyVelocityEstimator
 from mrctl.control.maps import CurrentMap
@@ -47,6 +48,7 @@ class CornerPlan:
     limp_current_a: float
     off_ramp_s: float
     temperature_valid_c: Span
+    anticipation_s: float  # the current is worked out for the motion so far ahead
     velocity_cutoff_hz: float | None  # not None: body velocity is integrated from body acceleration
 
 
@@ -74,6 +76,7 @@ class Corner:
         "_hottest_c",
         "_law",
         "_limp_a",
+        "_look_ahead",
         "_map",
         "_needed",
         "_off_step",
@@ -110,6 +113,12 @@ class Corner:
             self._estimator = BodyVelocityEstimator(plan.velocity_cutoff_hz, dt_s)
             self._acceleration = channels["body_acceleration"]
             self._body = _Held()
+        self._look_ahead = None
+        if plan.anticipation_s > 0.0:
+            self._look_ahead = (
+                Anticipation(plan.anticipation_s, dt_s),
+                Anticipation(plan.anticipation_s, dt_s),
+            )
         self._law, self._substitute_law = plan.law, plan.substitute_law
         self._map = plan.make_map(dt_s)
         self._slew_step = plan.slew_a_s * dt_s
@@ -169,13 +178,14 @@ class Corner:
 
     def _follow(self, state: State, periods: int) -> float:
         """Law and current map on the signals as they are."""
-        velocity, temperature = self._velocity.value, self._temperature.value
+        velocity, body = self._velocity.value, self._body.value
+        if self._look_ahead is not None:
+            velocity, body = self._look_ahead[0].step(velocity), self._look_ahead[1].step(body)
+        temperature = self._temperature.value
         law = self._law
         if state is SUBSTITUTE and any(not channel.ok for channel in self._asked_by_law):
             law = self._substitute_law
-        wish = law(
-            Motion(velocity, self._body.value, temperature, self._displacement.value, self._wish.value)
-        )
+        wish = law(Motion(velocity, body, temperature, self._displacement.value, self._wish.value))
         current_map = self._map
         if not self._running or periods > CATCH_UP_MAX:
             current_map.reset(wish, self.current_a)

@@ -44,6 +44,7 @@ def plan(law="skyhook_continuous", current_map="inverse", rate_hz=RATE_HZ) -> Ti
         "limp_current_a": LIMP_A,
         "off_ramp_s": 0.2,
         "temperature_valid_c": DAMPER.temperature_valid_c,
+        "anticipation_s": 0.0,
         "velocity_cutoff_hz": None,
     }
     return TickPlan(
