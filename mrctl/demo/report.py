@@ -77,8 +77,8 @@ class Outcome:
             ours = self.of(OURS, HOT_C).metrics.tracking_rms_n
             without = self.of(IDEAL[1], HOT_C).metrics.tracking_rms_n
             lines.append(
-                f"That is more than a third, and the coil's lag of {1000.0 * lag_s:g} ms is why: skyhook's wish "
-                "jumps where the damper turns, and the current cannot. With a coil that follows at once "
+                f"That is more than a third, and the coil's lag of {1000.0 * lag_s:g} ms is why: skyhook's "
+                "wish jumps where the damper turns, and the current cannot. With a coil that follows at once "
                 f"{without:.0f} N are left of {ours:.0f} N, {ideal:.2f} times the linear map's error."
             )
         return lines
@@ -98,9 +98,9 @@ def write_report(outcome: Outcome, bus: BusRun, config: Config, path: Path) -> i
         "Result",
         f"ISO 8608 class {plant.road_class} at {plant.speed_m_s:g} m/s with a bump of "
         f"{1000.0 * plant.bump_height_m:.0f} mm; law `{config.control.law}`; {config.loop.rate_hz:g} Hz; "
-        f"coil lag {1000.0 * plant.coil_lag_s:g} ms; {DURATION_S - SETTLED_S:g} s evaluated. The controller "
-        "is the daemon's own tick, fed with CAN frames. Force error: RMS of the force against the wish, as far "
-        "as a damper with the same motion, temperature and hysteresis could follow it between its softest and "
+        f"coil lag {1000.0 * plant.coil_lag_s:g} ms; {DURATION_S - SETTLED_S:g} s evaluated. The "
+        "controller is the daemon's own tick, fed with CAN frames. Force error: RMS of the force against the "
+        "wish, as far as a damper with the same motion, temperature and hysteresis could follow it between its softest and "
         "its firmest.",
     )
     for line in outcome.findings(plant.coil_lag_s):
