@@ -1,0 +1,120 @@
+"""Runs the protocols on the virtual damper: a campaign in memory, or as a folder of CSV files."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mrctl.errors import InputError
+from mrctl.measurements import Campaign, RawRun, Run, assemble, write_run_csv
+from mrctl.plant.dyno.damper import DynoStates, simulate
+from mrctl.plant.dyno.parameters import MAGNERIDE_LIKE, DynoDamper
+from mrctl.plant.dyno.protocols import PROTOCOLS, Drive, Protocol
+from mrctl.plant.dyno.sensors import FORCE_NOISE_N, bench_sensors
+
+MEASURED = ("time_s", "velocity_m_s", "current_a", "temperature_c", "force_n")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DynoRun:
+    """A run as measured, what drove it, and what truly happened in the damper."""
+
+    run: Run
+    drive: Drive
+    truth: DynoStates
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """A damper on the dyno. The same seed gives the same campaign; `noise_n` is the load cell's RMS."""
+
+    damper: DynoDamper = MAGNERIDE_LIKE
+    seed: int = 1
+    noise_n: float = FORCE_NOISE_N
+
+    def drives(self, protocol: str, rate_hz: float | None = None) -> Sequence[Drive]:
+        """What the protocol will do. Raises InputError for a protocol that does not exist."""
+        chosen = _protocol(protocol)
+        random = np.random.default_rng([self.seed, *chosen.name.encode()])
+        return list(chosen.make(rate_hz or chosen.rate_hz, random))
+
+    def measure(self, drive: Drive, number: int = 0) -> DynoRun:
+        """One run of a drive; `number` tells runs of the same name apart in their noise."""
+        truth = simulate(
+            self.damper,
+            drive.rate_hz,
+            drive.motion.displacement_m,
+            drive.motion.velocity_m_s,
+            drive.current_a,
+            drive.temperature_c,
+            drive.air_c,
+        )
+        random = np.random.default_rng([self.seed, number, *drive.name.encode()])
+        sensors = bench_sensors(self.noise_n)
+        channels = {
+            "time_s": np.arange(len(drive.motion)) / drive.rate_hz,
+            "velocity_m_s": sensors.velocity_m_s.read(drive.motion.velocity_m_s, random),
+            "current_a": drive.current_a,
+            "temperature_c": sensors.temperature_c.read(truth.case_temperature_c, random),
+            "force_n": sensors.force_n.read(truth.force_n, random),
+        }
+        return DynoRun(assemble(RawRun(drive.name, Path(f"{drive.name}.csv"), channels)), drive, truth)
+
+    def runs(self, protocol: str, rate_hz: float | None = None) -> Iterator[DynoRun]:
+        """Every run of a protocol, one at a time."""
+        for number, drive in enumerate(self.drives(protocol, rate_hz)):
+            yield self.measure(drive, number)
+
+    def campaign(self, protocol: str, rate_hz: float | None = None) -> Campaign:
+        """The measured runs of a protocol, as they would be read from a folder."""
+        runs = tuple(item.run for item in self.runs(protocol, rate_hz))
+        digest = hashlib.sha256()
+        for run in runs:
+            digest.update(run.name.encode() + run.force_n.tobytes())
+        return Campaign(Path(f"dyno-{protocol}"), runs, digest.hexdigest())
+
+
+def write_campaign(
+    bench: Bench,
+    protocol: str,
+    folder: Path,
+    rate_hz: float | None = None,
+    done: Callable[[str], None] = lambda _: None,
+) -> list[DynoRun]:
+    """Write a protocol's runs as CSV files into a folder without any; `done` gets each name.
+
+    Raises InputError for an unknown protocol, and for a folder that holds CSV files already: with them the
+    campaign would be another one.
+    """
+    drives = bench.drives(protocol, rate_hz)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        others = sorted(folder.rglob("*.csv"))
+    except OSError as error:
+        raise InputError.at(
+            folder, f"cannot be a folder ({error.strerror or error})", "name another place"
+        ) from None
+    if others:
+        raise InputError.at(
+            folder, f"holds {len(others)} CSV files already, {others[0].name} first", "name a new folder"
+        )
+    written = []
+    for number, drive in enumerate(drives):
+        item = bench.measure(drive, number)
+        write_run_csv(item.run, folder / f"{drive.name}.csv")
+        written.append(item)
+        done(drive.name)
+    return written
+
+
+def _protocol(name: str) -> Protocol:
+    try:
+        return PROTOCOLS[name]
+    except KeyError:
+        raise InputError.at(
+            "--protocol", f"there is no protocol {name!r}", f"take one of {', '.join(PROTOCOLS)}"
+        ) from None
