@@ -43,23 +43,28 @@ in MAT files a column is a variable, a field `log.v`, or a matrix column `data(:
 `group: 2` where several groups have it; in CAN logs a signal, `RelVel_FL` or `RelativeVelocity.RelVel_FL`:
 
     schema: mrctl/columns/1
-    dbc: mrctl.dbc                   # beside the map, or a path
+    dbc: mrctl.dbc                   # beside the map, or a path; else mrctl's own of that name
     bus: can0                        # only this channel of the log
-    signals:                         # the same as `columns`
-      velocity_m_s: RelVel_FL
-      current_A: CurrentCommand_FL
-      force_N: {column: Force_FL, unit: kN}
+    dampers: [FL, FR]                # a run for each, {damper} standing for it; without it one run
+    signals:                         # the same as `columns`; a unit that the DBC states is converted
+      velocity_m_s: RelVel_{damper}
+      current_A: Cur_{damper}
+      temperature_C: CaseTemp_{damper}
+      force_N: MeasuredForce.Force_{damper}
 """
 
 from __future__ import annotations
 
+import contextlib
 import re
 from pathlib import Path
 
+from mrctl.errors import InputError
 from mrctl.measurements.column_schema import ColumnSpec, MapModel
-from mrctl.measurements.convert import Conversion, conversion_of
-from mrctl.measurements.run import BY_COLUMN
+from mrctl.measurements.convert import Conversion, conversion_of, unit_of_file
+from mrctl.measurements.run import BY_ATTRIBUTE, BY_COLUMN
 from mrctl.measurements.text import DELIMITERS, Layout
+from mrctl.share_path import share_file
 from mrctl.yaml_source import Document, Findings, KeyPath, check_model, read_document
 
 TEXT_PATTERNS = ("*.csv", "*.txt", "*.dat", "*.tsv")
@@ -98,6 +103,13 @@ class ColumnMap:
         if self.model.dbc is not None or self.model.format == "can":
             return ("*.log", "*.asc", "*.blf", "*.trc", "*.mf4")
         return TEXT_PATTERNS if self.model.format in {None, "text"} else ()
+
+    def conversion(self, attribute: str, unit: str) -> tuple[Conversion, str | None]:
+        """The conversion of a channel for which the file itself states `unit`: the map's word goes before."""
+        conversion = self.conversions[attribute]
+        if attribute in self.declared:
+            return conversion, None
+        return unit_of_file(conversion, unit, BY_ATTRIBUTE[attribute].unit)
 
     def _delimiter(self, findings: Findings) -> str | None:
         given = self.model.delimiter
@@ -231,3 +243,14 @@ def read_map(path: Path | str) -> ColumnMap:
     result = ColumnMap(Path(path), model, findings)
     findings.raise_if_any()
     return result
+
+
+def dbc_path(mapping: ColumnMap) -> Path:
+    """Where the map's DBC is: beside the map, or among the files of mrctl. InputError where it is nowhere."""
+    name = mapping.model.dbc or ""
+    beside = mapping.path.parent / name
+    if beside.exists():
+        return beside
+    with contextlib.suppress(InputError):
+        return share_file(f"dbc/{name}")
+    raise InputError.at(beside, "there is no such DBC", f"correct `dbc` in {mapping.path}")

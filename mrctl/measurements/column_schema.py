@@ -99,3 +99,4 @@ class MapModel(StrictModel):
     split: SplitSpec | None = None
     dbc: str | None = None
     bus: str | None = None
+    dampers: list[str] = Field(default_factory=list)

@@ -50,3 +50,14 @@ def conversion_of(
     if known is None or known.si != si:
         raise ValueError(f"unit {wanted} is not understood here; it may be {', '.join(units_of(si))}")
     return Conversion(known.factor * sign * float(factor), known.factor * sign * offset + known.offset)
+
+
+def unit_of_file(conversion: Conversion, unit: str, si: str) -> tuple[Conversion, str | None]:
+    """`conversion` of a channel in `si` for which its file states `unit`; and that unit, where it is not SI.
+
+    A unit that does not fit the channel (files state odd ones) changes nothing.
+    """
+    known = UNITS.get(unit)
+    if known is None or known.si != si or (known.factor == 1.0 and known.offset == 0.0):
+        return conversion, None
+    return Conversion(known.factor * conversion.factor, known.factor * conversion.offset + known.offset), unit

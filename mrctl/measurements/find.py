@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mrctl.errors import InputError, Problem
+from mrctl.measurements.column_schema import MapModel
 
 SUFFIXES = {
-    ".csv": "csv",
+    ".csv": "text",
     ".mat": "mat",
     ".mf4": "mdf",
     ".mdf": "mdf",
@@ -31,6 +32,18 @@ class Found:
     root: Path
     files: list[tuple[Path, str]] = field(default_factory=list)
     warnings: list[Problem] = field(default_factory=list)
+
+
+def format_of(file: Path, model: MapModel | None) -> str:
+    """How to read a file: as its map says, else by its extension, else as text."""
+    by_suffix = SUFFIXES.get(file.suffix.lower(), "text")
+    if model is None:
+        return by_suffix
+    if model.format is not None:
+        return model.format
+    if model.dbc is None and file.suffix.lower() in {".log", ".asc"}:
+        return "text"  # common names for tables too
+    return "can" if model.dbc is not None and by_suffix == "text" else by_suffix
 
 
 def find_files(path: Path | str, patterns: tuple[str, ...] = ()) -> Found:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mrctl.errors import InputError, Problem
 from mrctl.measurements.assemble import RawRun, assemble
 from mrctl.measurements.column_map import ColumnMap, read_map
-from mrctl.measurements.find import find_files
+from mrctl.measurements.find import find_files, format_of
 from mrctl.measurements.mapped import read_mapped_text
 from mrctl.measurements.plain_csv import read_plain_csv
 from mrctl.measurements.run import Campaign, Run
@@ -75,6 +75,22 @@ def _bytes(file: Path) -> bytes:
 
 def _read(file: Path, data: bytes, name: str, mapping: ColumnMap | None) -> list[RawRun]:
     """The runs of one file, by the reader for its format."""
+    kind = format_of(file, mapping.model if mapping is not None else None)
+    if kind == "mat":
+        from mrctl.measurements.mat import read_mat  # noqa: PLC0415 - its libraries are heavy: only for such files
+
+        return [read_mat(file, data, name, mapping)]
+    if kind == "mdf":
+        from mrctl.measurements.mdf import read_mdf  # noqa: PLC0415 - as above
+
+        return [read_mdf(file, data, name, mapping)]
+    if kind == "can":
+        if mapping is None:
+            mend = "say with --columns MAP.yaml which signals of which DBC it is (`dbc`, `signals`)"
+            raise InputError.at(file, "a CAN log holds frames, no channels", mend)
+        from mrctl.measurements.can_log import read_can_log  # noqa: PLC0415 - as above
+
+        return read_can_log(file, data, name, mapping)
     if mapping is not None:
         return read_mapped_text(file, data, name, mapping)
     return [read_plain_csv(file, data, name)]
