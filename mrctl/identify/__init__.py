@@ -1,0 +1,1 @@
+"""From dyno measurements to the numbers of a damper."""

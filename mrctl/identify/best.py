@@ -1,0 +1,118 @@
+"""The better method: everything fitted together on the time series, for any campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify import base, hysteresis
+from mrctl.identify.filter_fit import search_filter
+from mrctl.identify.joint import WEIGHING_RATE_HZ, JointFit, JointModel
+from mrctl.identify.layout import Layout, Tables
+from mrctl.identify.records import Record
+from mrctl.identify.start import layout_for, start_values
+
+Array = NDArray[np.float64]
+
+START_RECORDS = 6
+START_LAGS_HZ = (3.0, 10.0, 40.0)
+ROUGH_KNOTS = 14
+MORE_SEARCHES = 4
+
+
+def fit_base(records: Sequence[Record], layout: Layout | None = None, order: int = 3) -> JointFit:
+    """The base model of these records."""
+    layout = layout_for(records, order) if layout is None else layout
+    start = rough_fit(records, order)
+    final = JointModel(layout, records)
+    theta = layout.pack(moved(start.tables, start.model.layout, layout))
+    final.reweigh(theta)
+    return final.fit(theta, rounds=4, iterations=10)
+
+
+def rough_fit(records: Sequence[Record], order: int) -> JointFit:
+    """A fit of few records on few knots: tables and filter in turn and together, from several lags."""
+    some = [r.decimated(max(1, int(r.rate_hz / WEIGHING_RATE_HZ))) for r in few(records)]
+    layout = layout_for(some, order, velocity_knots=ROUGH_KNOTS)
+    starts = [_search_and_fit(_lagged(some, layout.with_order(1), hz), layout) for hz in START_LAGS_HZ]
+    fits = sorted((_search_and_fit(fit, layout) for fit in starts), key=_misfit)
+    best = fits[0]
+    for _ in range(MORE_SEARCHES):
+        again = _search_and_fit(best, layout)
+        gain = _misfit(best) - _misfit(again)
+        best = again if gain > 0.0 else best
+        if gain < 0.01 * sum(map(len, some)):
+            break
+    return best
+
+
+def _lagged(records: Sequence[Record], layout: Layout, lag_hz: float) -> JointFit:
+    """The tables behind a given plain lag."""
+    model = JointModel(layout, records)
+    theta = start_values(model)
+    part = layout.parts["filter"]
+    theta[part] = [np.log(2 * np.pi * lag_hz / hysteresis.UNIT_RAD_S), 0.1]
+    free = np.ones(theta.size, dtype=bool)
+    free[part] = False
+    return model.fit(theta, rounds=1, iterations=4, tolerance=1e-3, free=free)
+
+
+def _search_and_fit(fit: JointFit, layout: Layout) -> JointFit:
+    """The best filter for these tables, then both together."""
+    tables = replace(fit.tables, filter=_searched_filter(fit, layout.order))
+    model = JointModel(layout, fit.model.records)
+    theta = layout.pack(tables)
+    model.reweigh(theta)
+    fit = model.fit(theta, rounds=1, iterations=8, tolerance=1e-3, minimum_phase=True)
+    model.reweigh(fit.theta)
+    return model.fit(fit.theta, rounds=1, iterations=8, tolerance=1e-3, minimum_phase=True)
+
+
+def _misfit(fit: JointFit) -> float:
+    """Log-likelihood loss, each record with a noise of its own."""
+    return float(sum(r.size * np.log(np.mean(r * r)) for r in fit.model.residuals(fit.theta)))
+
+
+def moved(t: Tables, old: Layout, new: Layout) -> Tables:
+    """Tables read off at another layout's knots."""
+
+    def at(knots: Array, old_knots: Array, values: Array) -> Array:
+        return np.interp(knots, old_knots, values)
+
+    h_on = at(new.temperature_c, old.temperature_c, t.h_on)
+    h_off = at(new.temperature_c, old.temperature_c, t.h_off)
+    f = at(new.current_a, old.current_a, t.f)
+    reference = h_on[new.reference]
+    return replace(
+        t,
+        f=f * reference,
+        g=at(new.velocity_m_s, old.velocity_m_s, t.g),
+        h_on=h_on / reference,
+        h_off=h_off / h_off[new.reference],
+    )
+
+
+def _searched_filter(fit: JointFit, order: int) -> Array:
+    """The filter that suits the tables as they are."""
+    model = fit.model
+    factors = [model.factor(r) for r in model.records]
+    static = [
+        base.averaged(base.backbone(x, fit.tables).force_n, k)
+        for x, k in zip(model.inputs, factors, strict=True)
+    ]
+    force = [base.averaged(r.force_n, k) for r, k in zip(model.records, factors, strict=True)]
+    rates = [r.rate_hz / k for r, k in zip(model.records, factors, strict=True)]
+    return search_filter(order, rates, static, force, model.weights)
+
+
+def few(records: Sequence[Record]) -> list[Record]:
+    """A few records that span the campaign's currents and temperatures: enough to start with."""
+    if len(records) <= START_RECORDS:
+        return list(records)
+    order = sorted(
+        records, key=lambda r: (round(float(r.current_a.mean()), 1), float(r.temperature_c.mean()))
+    )
+    return [order[int(k)] for k in np.linspace(0, len(order) - 1, START_RECORDS)]

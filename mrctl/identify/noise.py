@@ -1,0 +1,37 @@
+"""The colour of what a fit leaves over: how many samples count as one, run by run."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+LEAST_SHARE = 0.2  # no run's noise is taken below this share of the median: a run at rest fits too well
+
+
+def correlation_inflation(residual: Array) -> float:
+    """Samples of the residual that count as one: 1 + 2 sum of its autocorrelations.
+
+    Summed up to five times the result (Sokal's window).
+    """
+    n = residual.size
+    if n < 16:
+        return 1.0
+    centred = residual - residual.mean()
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(centred, size)) ** 2
+    correlation = np.fft.irfft(spectrum)[: n // 2]
+    if correlation[0] <= 0.0:
+        return 1.0
+    time = 2.0 * np.cumsum(correlation / correlation[0]) - 1.0
+    window = np.arange(time.size) >= 5.0 * time
+    at = int(np.argmax(window)) if window.any() else time.size - 1
+    return float(np.clip(time[at], 1.0, n / 8.0))
+
+
+def record_noise(residuals: list[Array], floor_n: float) -> Array:
+    """Noise RMS in N of each record, none taken far below the others."""
+    rms = np.array([float(np.sqrt(np.mean(r * r))) for r in residuals])
+    floor = max(LEAST_SHARE * float(np.median(rms)), floor_n)
+    return np.asarray(np.maximum(rms, floor), dtype=np.float64)

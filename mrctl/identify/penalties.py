@@ -1,0 +1,112 @@
+"""What the tables are held to where the data say little: smoothness and weak priors, weighed by evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify.layout import Layout
+
+Array = NDArray[np.float64]
+
+STIFFEST = 1e12
+SOFTEST = 1e-8
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """weight/2 |rows theta - target|²; `adapts` when the evidence sets its weight."""
+
+    name: str
+    rows: Array  # (m, parameters)
+    target: Array  # (m,)
+    weight: float
+    adapts: bool = True
+    gram: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gram", self.rows.T @ self.rows)
+
+    def excess(self, theta: Array) -> float:
+        """|rows theta - target|²."""
+        miss = self.rows @ theta - self.target
+        return float(miss @ miss)
+
+    def slope(self, theta: Array) -> Array:
+        """Gradient of half the excess, weight left out."""
+        return np.asarray(self.rows.T @ (self.rows @ theta - self.target), dtype=np.float64)
+
+    def reweighed(self, theta: Array, covariance: Array) -> Penalty:
+        """One evidence step (generalised Fellner-Schall, Wood & Fasiolo 2017)."""
+        if not self.adapts:
+            return self
+        used = self.rows.shape[0] - self.weight * float(np.sum(covariance * self.gram))
+        excess = max(self.excess(theta), 1e-300)
+        weight = float(np.clip(max(used, 1e-3) / excess, 0.05 * self.weight, 20.0 * self.weight))
+        return replace(self, weight=float(np.clip(weight, SOFTEST, STIFFEST)))
+
+
+def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
+    """Smooth g, f and h, off near on, and a weak pull to neutral values for what no data decides."""
+    n = layout.size
+    parts = layout.parts
+    found: list[Penalty] = []
+    # g in the knots' own count: where they stand densely it may bend more.
+    g_rows = np.zeros((layout.velocity_m_s.size, n))
+    g_rows[layout.free_g, np.arange(parts["g"].start, parts["g"].stop)] = 1.0
+    fixed = np.zeros(layout.velocity_m_s.size)
+    fixed[layout.gauge] = 1.0
+    if layout.free_g.size >= 3:
+        d2 = np.diff(np.eye(layout.velocity_m_s.size), n=2, axis=0)
+        found.append(Penalty("g", d2 @ g_rows, -d2 @ fixed, 100.0))
+    if layout.current_a.size >= 4:
+        rows = np.zeros((layout.current_a.size, n))
+        rows[:, parts["f"]] = np.tril(np.ones((layout.current_a.size,) * 2))
+        d2 = _second_slopes(layout.current_a)
+        found.append(Penalty("f", d2 @ rows, np.zeros(d2.shape[0]), 1.0))
+    h_rows = {}
+    for name in ("h_on", "h_off"):
+        rows = np.zeros((layout.temperature_c.size, n))
+        if parts[name].stop > parts[name].start:
+            rows[layout.free_h, np.arange(parts[name].start, parts[name].stop)] = 1.0
+            h_rows[name] = rows
+            if layout.temperature_c.size >= 4:
+                d2 = _second_slopes(layout.temperature_c)
+                found.append(Penalty(name, d2 @ rows, np.zeros(d2.shape[0]), 100.0))
+    if len(h_rows) == 2:
+        keep = layout.free_h
+        rows = (h_rows["h_off"] - h_rows["h_on"])[keep]
+        found.append(Penalty("off near on", rows, np.zeros(keep.size), 1.0, adapts=False))
+    spread = np.concatenate(
+        [
+            np.full(layout.current_a.size, 10.0),
+            np.full(layout.free_g.size, 3.0),
+            np.full(parts["h_off"].stop - parts["h_on"].start, 0.5),
+            np.full(parts["blend"].stop - parts["blend"].start, max(float(np.ptp(layout.current_a)), 0.1)),
+            np.full(layout.order, 2.5),
+            np.full(layout.order, 1.0),
+        ]
+    )
+    rows = np.diag(1.0 / spread)
+    found.append(Penalty("prior", rows, rows @ prior_theta, 1.0, adapts=False))
+    return found
+
+
+def _second_slopes(knots: Array) -> Array:
+    """Second differences for uneven knots, in units of the mean step."""
+    x = (knots - knots[0]) / (np.ptp(knots) / (knots.size - 1))
+    rows = np.zeros((knots.size - 2, knots.size))
+    for k in range(knots.size - 2):
+        left, right = x[k + 1] - x[k], x[k + 2] - x[k + 1]
+        width = 0.5 * (left + right)
+        rows[k, k : k + 3] = [1 / left, -1 / left - 1 / right, 1 / right]
+        rows[k] /= np.sqrt(width)
+    return rows
+
+
+def total_weight(penalties: Sequence[Penalty]) -> Array:
+    """The penalties' Hessian (parameters, parameters)."""
+    return np.asarray(sum(p.weight * p.gram for p in penalties), dtype=np.float64)

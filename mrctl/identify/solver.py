@@ -1,0 +1,122 @@
+"""Bounded Levenberg-Marquardt on normal equations, so that memory does not grow with the data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from mrctl.identify.penalties import Penalty, total_weight
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """Weighted normal equations at a point: J'WJ, J'W(y - F) and half the weighted square sum."""
+
+    matrix: Array
+    right: Array
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Where the fit stopped, and how."""
+
+    theta: Array
+    normal: Normal
+    iterations: int
+    converged: bool
+    held: NDArray[np.bool_]  # parameters at a bound or not free
+
+
+def solve(
+    normal: Callable[[Array], Normal],
+    cost: Callable[[Array], float],
+    theta: Array,
+    lower: Array,
+    upper: Array,
+    penalties: Sequence[Penalty],
+    *,
+    free: NDArray[np.bool_] | None = None,
+    iterations: int = 20,
+    tolerance: float = 1e-4,
+) -> Solution:
+    """Minimise cost plus penalties within bounds; `tolerance` is the decrease, in cost units, worth a step.
+
+    The cost is a negative log-likelihood, so a decrease of 1e-4 is far inside every interval.
+    """
+    free = np.ones(theta.size, dtype=bool) if free is None else free
+    theta = np.clip(theta, lower, upper)
+    stiff = total_weight(penalties)
+
+    def total(at: Array, data: float) -> float:
+        return data + sum(0.5 * p.weight * p.excess(at) for p in penalties)
+
+    system = normal(theta)
+    here = total(theta, system.cost)
+    damping = 1e-4
+    converged = False
+    held = ~free
+    done = 0
+    while done < iterations:
+        done += 1
+        gradient = -system.right + sum((p.weight * p.slope(theta) for p in penalties), np.zeros(theta.size))
+        held = ~free | ((theta <= lower) & (gradient > 0)) | ((theta >= upper) & (gradient < 0))
+        full = system.matrix + stiff
+        step_taken = False
+        for _ in range(12):
+            step = _step(full, gradient, held, damping)
+            if step is None:
+                damping *= 10.0
+                continue
+            trial = np.clip(theta + step, lower, upper)
+            there = total(trial, cost(trial))
+            if there < here:
+                step_taken = True
+                break
+            if here - there > -tolerance and float(np.abs(step).max()) < 1e-7:
+                break
+            damping *= 8.0
+        if not step_taken:
+            converged = True
+            break
+        gain = here - there
+        theta, here = trial, there
+        damping = max(damping / 10.0, 1e-10)
+        system = normal(theta)
+        if gain < tolerance:
+            converged = True
+            break
+    return Solution(theta, system, done, converged, held)
+
+
+def _step(full: Array, gradient: Array, held: NDArray[np.bool_], damping: float) -> Array | None:
+    move = np.flatnonzero(~held)
+    part = full[np.ix_(move, move)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-30))
+    scaled = part * np.outer(scale, scale)
+    scaled[np.diag_indices_from(scaled)] += damping
+    try:
+        answer = cho_solve(cho_factor(scaled), -gradient[move] * scale)
+    except np.linalg.LinAlgError:
+        return None
+    step = np.zeros(full.shape[0])
+    step[move] = answer * scale
+    return step
+
+
+def covariance(system: Normal, penalties: Sequence[Penalty], held: NDArray[np.bool_]) -> Array:
+    """Inverse of the penalised normal matrix over the moving parameters, 0 for those held."""
+    move = np.flatnonzero(~held)
+    part = (system.matrix + total_weight(penalties))[np.ix_(move, move)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-30))
+    scaled = part * np.outer(scale, scale)
+    inverse = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) * np.outer(scale, scale)
+    result = np.zeros((held.size, held.size))
+    result[np.ix_(move, move)] = inverse
+    return result

@@ -1,0 +1,131 @@
+"""Where the fit begins: knots from the data, g from normalised bins, f by least squares, H a plain lag."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from mrctl.identify import base, knots
+from mrctl.identify.joint import JointModel, neutral
+from mrctl.identify.layout import Layout, Tables
+from mrctl.identify.records import Record
+
+Array = NDArray[np.float64]
+
+OFF_CURRENT_A = 0.1  # the paper's "off": the coil is not driven
+LEAST_SPAN_C = 3.0  # temperatures that differ by less say nothing about h
+
+
+def layout_for(
+    records: Sequence[Record], order: int = 3, velocity_knots: int = knots.VELOCITY_KNOTS
+) -> Layout:
+    """Knots and switches that this data can carry."""
+    currents = knots.level_knots([r.current_a for r in records], knots.LEVEL_A, knots.CURRENT_KNOTS)
+    temperature = _temperature_knots(records)
+    velocity = knots.velocity_knots(records, velocity_knots)
+    speed = np.concatenate([np.abs(r.velocity_m_s[:: max(1, len(r) // 4000)]) for r in records])
+    gauge = int(np.argmin(np.abs(velocity - np.quantile(speed, 0.9))))
+    zero = int(np.flatnonzero(velocity == 0.0)[0])
+    gauge = gauge if gauge != zero else velocity.size - 1
+    force_scale = float(np.max([np.quantile(np.abs(r.force_n), 0.98) for r in records])) or 1.0
+    off, on, free = _transition(currents)
+    two = temperature.size > 1 and off < float(currents.knots[-1]) and _has_off(records, off)
+    return Layout(
+        current_a=currents.knots,
+        velocity_m_s=velocity,
+        temperature_c=temperature,
+        reference=0,
+        gauge=gauge,
+        off_below_a=off,
+        on_above_a=on,
+        order=order,
+        force_scale_n=force_scale,
+        two_states=two,
+        free_blend=two and free,
+    )
+
+
+def _temperature_knots(records: Sequence[Record]) -> Array:
+    samples = [r.temperature_c for r in records]
+    low, high = min(float(s.min()) for s in samples), max(float(s.max()) for s in samples)
+    if high - low < LEAST_SPAN_C:
+        return np.array([float(np.mean([s.mean() for s in samples]))])
+    levels = knots.held_levels(samples, knots.LEVEL_C)
+    if levels is not None and levels.size <= knots.TEMPERATURE_KNOTS:
+        return levels
+    count = int(np.clip((high - low) / 5.0, 2, knots.TEMPERATURE_KNOTS))
+    return np.linspace(low, high, count)
+
+
+def _transition(currents: knots.Levels) -> tuple[float, float, bool]:
+    """The largest off and the smallest on current, and whether the data can move them."""
+    i = currents.knots
+    if i.size == 1:
+        edge = max(OFF_CURRENT_A, float(i[0])) if i[0] <= OFF_CURRENT_A else 0.0
+        return edge, edge, False
+    if currents.held:
+        # Held levels: nothing is seen between the lowest and the next.
+        return float(i[0]), float(i[1] + (0.5 * (i[2] - i[1]) if i.size > 2 else 0.0)), i.size > 2
+    low = float(i[0])
+    return low + 0.02 * float(np.ptp(i)), low + 0.3 * float(np.ptp(i)), True
+
+
+def _has_off(records: Sequence[Record], off: float) -> bool:
+    return any(bool(np.any(r.current_a <= off + knots.LEVEL_A)) for r in records)
+
+
+def start_values(model: JointModel) -> Array:
+    """First tables for the model's layout: an honest guess, not yet a fit."""
+    layout = model.layout
+    theta = neutral(layout)
+    t = layout.unpack(theta)
+    g = _binned_shape(layout, model.records)
+    t = Tables(t.f, g, t.h_on, t.h_off, t.off_below_a, t.on_above_a, t.filter)
+    return layout.pack(
+        Tables(_increasing_f(model, t), g, t.h_on, t.h_off, t.off_below_a, t.on_above_a, t.filter)
+    )
+
+
+def _binned_shape(layout: Layout, records: Sequence[Record]) -> Array:
+    """G at its knots: normalised force averaged around each, odd outside the data, with the right sign."""
+    size = layout.velocity_m_s.size
+    top, bottom = np.zeros(size), np.zeros(size)
+    for r in records:
+        peak = float(np.quantile(np.abs(r.force_n), 0.95))
+        if peak <= 0.0:
+            continue
+        where = knots.locate(r.velocity_m_s, layout.velocity_m_s)
+        for at, share in ((where.below, 1.0 - where.share), (where.below + 1, where.share)):
+            top += np.bincount(at, share * r.force_n / peak, size)[:size]
+            bottom += np.bincount(at, share, size)[:size]
+    g = np.where(bottom > 0.0, top / np.maximum(bottom, 1e-12), np.nan)
+    odd = np.nanmean(np.stack([np.abs(g), np.abs(g[::-1])]), axis=0)
+    seen = np.isfinite(odd)
+    odd = np.interp(np.arange(size), np.flatnonzero(seen), odd[seen])
+    odd = np.maximum(odd, 0.02)
+    odd[layout.zero] = 0.0
+    side = np.maximum.accumulate(odd[layout.zero :])
+    side = side / side[abs(layout.gauge - layout.zero)]
+    return np.concatenate([-side[:0:-1], side])
+
+
+def _increasing_f(model: JointModel, t: Tables) -> Array:
+    """F at its knots: non-negative least squares on its increments, filter and h neutral."""
+    layout = model.layout
+    part = layout.parts["f"]
+    count = layout.current_a.size
+    matrix, right = np.zeros((count, count)), np.zeros(count)
+    for record, inputs in zip(model.records, model.inputs, strict=True):
+        factor = model.factor(record)
+        line = base.linearise(inputs, layout, t, factor)
+        keep = line.index < part.stop
+        rows, at = line.jacobian[keep], line.index[keep]
+        matrix[np.ix_(at, at)] += rows @ rows.T / rows.shape[1]
+        right[at] += rows @ base.averaged(record.force_n, factor) / rows.shape[1]
+    ridge = 1e-4 * np.trace(matrix) / count
+    lower = np.linalg.cholesky(matrix + ridge * np.eye(count))
+    steps, _ = nnls(lower.T, np.linalg.solve(lower, right))
+    return np.asarray(layout.force_scale_n * np.cumsum(np.maximum(steps, 1e-3)), dtype=np.float64)
