@@ -100,8 +100,8 @@ def write_report(outcome: Outcome, bus: BusRun, config: Config, path: Path) -> i
         f"{1000.0 * plant.bump_height_m:.0f} mm; law `{config.control.law}`; {config.loop.rate_hz:g} Hz; "
         f"coil lag {1000.0 * plant.coil_lag_s:g} ms; {DURATION_S - SETTLED_S:g} s evaluated. The "
         "controller is the daemon's own tick, fed with CAN frames. Force error: RMS of the force against the "
-        "wish, as far as a damper with the same motion, temperature and hysteresis could follow it between its softest and "
-        "its firmest.",
+        "wish, as far as a damper with the same motion, temperature and hysteresis could follow it between "
+        "its softest and its firmest.",
     )
     for line in outcome.findings(plant.coil_lag_s):
         page.paragraph(line)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from mrctl.can.database import load_database
+from mrctl.can.dbc_file import DbcFile
 from mrctl.can.frames import HEALTH_SIGNALS, STATE_SIGNALS
 from mrctl.can.specs import FrameSpec
 from mrctl.config import Config
 from mrctl.control.laws import LAWS, make_law
 from mrctl.control.maps import make_current_map
-from mrctl.errors import InputError
 from mrctl.model.damper import Damper
 from mrctl.runtime.channel import ChannelRules
 from mrctl.runtime.corner import CornerPlan
@@ -70,16 +70,14 @@ def input_signals(config: Config) -> list[tuple[FrameSpec, list[Users]]]:
     for index, damper in enumerate(config.dampers.values()):
         for role, signal in damper.signals.items():
             users.setdefault(signal, []).append((index, role))
-    found = []
-    for spec in load_database(config.database).values():
-        of_frame = [users.pop(signal.name, []) for signal in spec.signals]
-        if any(of_frame):
-            found.append((spec, of_frame))
-    if users:
-        raise InputError.at(
-            config.database, f"has no signal {', '.join(sorted(users))}", "name the signals as in the DBC"
-        )
-    return found
+    # Only what is asked for: a car's DBC has frames that are none of ours, perhaps without protection.
+    messages = DbcFile.read(config.database).messages()
+    required = {
+        frame: [signal.name for signal in messages[frame].signals if signal.name in users]
+        for frame in config.frames.receive
+    }
+    specs = load_database(config.database, {frame: names for frame, names in required.items() if names})
+    return [(spec, [users[signal.name] for signal in spec.signals]) for spec in specs.values()]
 
 
 def damper_needs(config: Config, name: str) -> frozenset[str]:
