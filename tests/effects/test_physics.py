@@ -112,7 +112,7 @@ def test_elasticity_before_yield_solves_its_differential_equation(dt_s):
     exact = solved(lambda u, f: abs(velocity(u)) / length * (backbone(u) - f), float(backbone(0.0)), t)
     effect = effects()["preyield_stiffness"]
     ours = stages.yielding(
-        [(effect, (1e-6, 3e-4))], backbone(t), v, np.zeros(t.size), np.full(t.size, level), dt_s
+        [(effect, (3e-4, 1e-6))], backbone(t), v, np.zeros(t.size), np.full(t.size, level), dt_s
     )
     assert relative(ours, exact) < (0.01 if dt_s < 0.001 else 0.1)
 
@@ -125,7 +125,7 @@ def test_the_elastic_loop_depends_on_displacement_not_on_speed():
         t = np.arange(8000) * dt
         v = 0.3 / slow * np.cos(2.0 * np.pi * 2.0 / slow * t)
         b = level * np.sign(v)
-        loops.append(stages.yielding([(effect, (1e-6, 0.0))], b, v, 0.0 * v, np.full(t.size, level), dt))
+        loops.append(stages.yielding([(effect, (2e-4, 1e-6))], b, v, 0.0 * v, np.full(t.size, level), dt))
     assert loops[0] == pytest.approx(loops[1], abs=1e-6)
 
 

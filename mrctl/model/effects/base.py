@@ -84,12 +84,15 @@ UNDONE_BY: Mapping[Stage, frozenset[Undo]] = {
     Stage.TEMPERATURE: frozenset({Undo.OBSERVE}),
     Stage.MOTION: frozenset({Undo.OBSERVE}),
     Stage.FACTOR: frozenset({Undo.DIVIDE}),
-    Stage.YIELD: frozenset({Undo.LEAD}),
+    Stage.YIELD: frozenset({Undo.LEAD, Undo.DIVIDE}),
     Stage.ADDITIVE: frozenset({Undo.SUBTRACT}),
     Stage.LIMIT: frozenset({Undo.LEAD}),
     Stage.OUTPUT: frozenset({Undo.LEAD}),
 }
 """What `InversePipeline` can do for a stage, beside leaving an effect as it is."""
+
+WITH_UNDO = frozenset({Stage.CURRENT, Stage.YIELD, Stage.LIMIT, Stage.OUTPUT})
+"""Stages whose effects are undone by a function of their own, `undo`."""
 
 SIGNALS = frozenset({"displacement", "acceleration"})
 """What an effect may need beyond velocity, current and temperature."""
@@ -151,7 +154,7 @@ class Effect:
     start: Start | None = None  # None: the effect has no state
     states: tuple[str, ...] = ()  # what the state holds, in words
     needs: frozenset[str] = frozenset()
-    undo: Step | None = None  # for Undo.LEAD: step's arguments, its input replaced by the wanted output
+    undo: Step | None = None  # step's arguments, its input replaced by the wanted output; gives the input
     guesses: Callable[[Ranges], Sequence[Vector]] | None = None  # starting points other than typical
     derived: Callable[[Vector], Mapping[str, tuple[float, str]]] | None = None  # name: (value, unit)
     rank: int = 0  # order within the stage; equal ranks go by name
@@ -225,8 +228,11 @@ def faults(effect: Effect) -> list[str]:
         found.append("states and start belong together: words for the state, and what makes it")
     if effect.inverse not in UNDONE_BY[effect.stage] | {Undo.NOT_UNDONE}:
         found.append(f"a {effect.stage} effect is not undone by {effect.inverse}")
-    if (effect.inverse is Undo.LEAD) != (effect.undo is not None):
-        found.append("undo is there exactly when the inverse is a lead")
+    by_undo = effect.stage in WITH_UNDO and effect.inverse is not Undo.NOT_UNDONE
+    if by_undo != (effect.undo is not None):
+        found.append(
+            f"undo is {'missing' if by_undo else 'never called'}: a {effect.stage} effect, {effect.inverse}"
+        )
     if effect.undo is not None:
         found += _signature_faults("undo", effect.undo, expected)
     return found

@@ -25,7 +25,7 @@ def step(
         return 1.0
     ratio = velocity_m_s / p[2]
     change = p[0] / (1.0 + ratio * ratio) + p[1] * abs(velocity_m_s)
-    return max(1.0 + off * off * change, SMALLEST_FACTOR)
+    return max(1.0 + off * change, SMALLEST_FACTOR)
 
 
 EFFECT = Effect(
@@ -34,7 +34,7 @@ EFFECT = Effect(
     summary="Near 0 A the fluid flows rather than yields: another force below the knee, another slope above.",
     equation=(
         "factor = 1 + off (low_speed_change / (1 + (v / knee)^2) + growth |v|), "
-        "off = (1 - i1 / fade_current)^2 up to the fade current, then 0"
+        "off = 1 - i1 / fade_current up to the fade current, then 0"
     ),
     source="The separable model's open point: its off-state error of 12 to 15 %. An empirical form.",
     parameters=(
@@ -54,9 +54,7 @@ EFFECT = Effect(
         Parameter(
             "knee_m_s", "m/s", 0.05, 0.002, 1.0, 0.05, "velocity at which the low-speed change is half"
         ),
-        Parameter(
-            "fade_current_a", "A", 0.3, 0.02, 3.0, 0.3, "current from which g is as when on", held=True
-        ),
+        Parameter("fade_current_a", "A", 0.4, 0.02, 1.0, 0.4, "current from which g is as when on", 0.1),
     ),
     step=step,
     inverse=Undo.DIVIDE,

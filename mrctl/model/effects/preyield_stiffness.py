@@ -7,8 +7,8 @@ from collections.abc import Mapping, MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
 
-# The lead asks for at most this many times the missing force.
-LARGEST_LEAD = 10.0
+# A force that has to be divided by its elastic share grows at most this much.
+LARGEST_GAIN = 5.0
 
 
 def step(
@@ -20,17 +20,18 @@ def step(
     level_n: float,
     dt_s: float,
 ) -> float:
-    """The force in N; exact for a static force that runs straight over the sample's displacement."""
-    length = p[0] * level_n + p[1]
+    """The force in N; exact for a shape that runs straight over the sample's displacement."""
+    length = p[0] + p[1] * level_n
     if length <= 0.0:
         return force_n
+    shape = force_n / level_n
     way = abs(velocity_m_s) * dt_s / length
     decay = math.exp(-way)
     mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
-    elastic = force_n - (force_n - s[1]) * mean + (s[0] - s[1]) * decay
+    elastic = shape - (shape - s[1]) * mean + (s[0] - s[1]) * decay
     s[0] = elastic
-    s[1] = force_n
-    return elastic
+    s[1] = shape
+    return elastic * level_n
 
 
 def start(
@@ -38,11 +39,11 @@ def start(
     force_n: float,
     velocity_m_s: float,  # noqa: ARG001 - the stage's
     displacement_m: float,  # noqa: ARG001 - the stage's
-    level_n: float,  # noqa: ARG001 - the stage's
+    level_n: float,
     dt_s: float,  # noqa: ARG001 - the stage's
 ) -> list[float]:
     """Yielded: the force is the static one."""
-    return [force_n, force_n]
+    return [force_n / level_n, force_n / level_n]
 
 
 def undo(
@@ -54,49 +55,45 @@ def undo(
     level_n: float,
     dt_s: float,
 ) -> float:
-    """The static force in N that brings the elastic one to the wanted as fast as the largest lead allows."""
-    length = p[0] * level_n + p[1]
+    """The static force in N whose current makes the wanted force with the elastic shape of this moment."""
+    length = p[0] + p[1] * level_n
     if length <= 0.0:
         return wanted_n
-    share = 1.0 - math.exp(-abs(velocity_m_s) * dt_s / length)
-    return s[0] + (wanted_n - s[0]) * (1.0 / share if share * LARGEST_LEAD > 1.0 else LARGEST_LEAD)
+    shape = s[1]  # of the sample before: this one's is what the current is sought for
+    elastic = shape + (s[0] - shape) * math.exp(-abs(velocity_m_s) * dt_s / length)
+    if abs(shape) >= LARGEST_GAIN * abs(elastic):
+        return wanted_n * math.copysign(LARGEST_GAIN, shape * elastic)
+    return wanted_n * shape / elastic
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
-    return {"stiffness": (1.0 / p[0], "N/m")} if p[0] > 0.0 else {}
+    length = p[0] + 1e3 * p[1]
+    return {"stiffness at f h = 1 kN": (1e3 / length, "N/m")} if length > 0.0 else {}
 
 
 EFFECT = Effect(
     name="preyield_stiffness",
     stage=Stage.YIELD,
     summary="After a reversal the force turns round over a length, not at once: the fluid is elastic first.",
-    equation="dF/dx = sign(v) (f g h - F) / length, length = compliance f h + yield_length",
+    equation="F = f h z, dz/dx = sign(v) (g - z) / length, length = yield_length + compliance f h",
     source=(
-        "Dahl, AIAA Journal 14 (1976), for MR dampers Ikhouane, Dyke, Smart Mater. Struct. 16 (2007); "
-        "compliance: the same stiffness at all currents; yield_length: the same strain, as in Bouc-Wen."
+        "Dahl, AIAA Journal 14 (1976); for MR dampers Ikhouane, Dyke, Smart Mater. Struct. 16 (2007). "
+        "yield_length: the same strain at all currents, as in Bouc-Wen; compliance: the same stiffness."
     ),
     parameters=(
-        Parameter("compliance_m_n", "m/N", 0.0, 0.0, 2e-5, 5e-7, "one over the stiffness before yield"),
+        Parameter("yield_length_m", "m", 0.0, 0.0, 0.02, 5e-4, "length over which the shape turns round"),
         Parameter(
-            "yield_length_m",
-            "m",
-            0.0,
-            0.0,
-            0.02,
-            0.0,
-            "length that does not grow with force",
-            5e-4,
-            held=True,
+            "compliance_m_n", "m/N", 0.0, 0.0, 2e-5, 0.0, "length that each newton of f h adds to it", 2e-7
         ),
     ),
     step=step,
-    inverse=Undo.LEAD,
+    inverse=Undo.DIVIDE,
     inverse_note=(
-        f"The elastic force is followed in the model and overdriven by up to {LARGEST_LEAD:g} times "
-        "what is missing; right after a reversal no current can turn it faster."
+        "The elastic shape z is followed in the model, and the current is sought for the force over z in "
+        f"place of g, up to {LARGEST_GAIN:g} times; where z passes through 0 no current makes a force."
     ),
     start=start,
-    states=("elastic force, N", "static force, N"),
+    states=("elastic shape z, -1 to 1", "shape g of the sample before"),
     undo=undo,
     derived=_derived,
 )

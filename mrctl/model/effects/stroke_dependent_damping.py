@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
@@ -20,24 +21,31 @@ def step(
     dt_s: float,
 ) -> float:
     """The factor on the static force."""
-    return max(1.0 + displacement_m * (p[0] + p[1] * displacement_m), SMALLEST_FACTOR)
+    x = displacement_m / math.sqrt(1.0 + p[2] * displacement_m * displacement_m)
+    return max(1.0 + x * (p[0] + p[1] * x), SMALLEST_FACTOR)
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
     reach = max(ranges.displacement_m, 1e-3)
-    return [(0.05 / reach, 0.1 / reach**2), (0.05 / reach, -0.1 / reach**2)]
+    return [(0.05 / reach, 0.1 / reach**2, 0.0), (0.05 / reach, 0.5 / reach**2, 10.0 / reach**2)]
 
 
 EFFECT = Effect(
     name="stroke_dependent_damping",
     stage=Stage.FACTOR,
     summary="Damping changes along the stroke: bypass grooves, a tapered bore, a metering pin.",
-    equation="factor = 1 + slope x + curvature x^2",
-    source="Position-dependent (bypass) dampers, to second order in x; Dixon, The Shock Absorber Handbook.",
+    equation="factor = 1 + slope y + curvature y^2, y = x / sqrt(1 + levelling x^2)",
+    source=(
+        "Position-dependent (bypass) dampers, Dixon, The Shock Absorber Handbook: to second order in x, "
+        "and level again beyond 1 / sqrt(levelling), where the groove or taper ends."
+    ),
     parameters=(
         Parameter("slope_per_m", "1/m", 0.0, -200.0, 200.0, 3.0, "change of damping a metre", linear=True),
         Parameter(
             "curvature_per_m2", "1/m^2", 0.0, -2e4, 2e4, 200.0, "growth towards both ends", linear=True
+        ),
+        Parameter(
+            "levelling_per_m2", "1/m^2", 0.0, 0.0, 1e6, 0.0, "how soon the change levels off along x", 2e3
         ),
     ),
     step=step,
