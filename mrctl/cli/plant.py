@@ -49,9 +49,7 @@ examples:
 
 def run(args: argparse.Namespace) -> int:
     """Drive until told to stop."""
-    config = load_config(args.config)
-    if args.channel:
-        config = config.on_channel(args.channel)
+    config = load_config(args.config).on_bus(args.channel)
     plant = _plant(config, args)
     vehicle = Vehicle(config, plant, noisy=args.noise)
     log = make_logger(config.log.level)

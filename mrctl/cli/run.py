@@ -12,7 +12,8 @@ from mrctl.runtime.log import make_logger
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `mrctl run`."""
     parser.add_argument("-c", "--config", required=True, metavar="FILE", help="configuration, YAML")
-    parser.add_argument("--channel", help="CAN interface, instead of the configuration's")
+    parser.add_argument("--channel", help="CAN channel, instead of the configuration's")
+    parser.add_argument("--interface", help="interface of python-can, instead of the configuration's")
     parser.add_argument("--duration", type=float, metavar="SECONDS", help="stop by itself after so long")
     parser.epilog = """\
 Reads sensor frames, sends current commands. SIGTERM or Ctrl-C ramps every current to 0 A, sends a last 0 A
@@ -28,7 +29,5 @@ examples:
 
 def run(args: argparse.Namespace) -> int:
     """Run the daemon until it is told to stop."""
-    config = load_config(args.config)
-    if args.channel:
-        config = config.on_channel(args.channel)
+    config = load_config(args.config).on_bus(args.channel, args.interface)
     return Daemon(config, make_logger(config.log.level)).run(args.duration)

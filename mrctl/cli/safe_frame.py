@@ -19,7 +19,8 @@ APART_S = 0.01
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `mrctl safe-frame`."""
     parser.add_argument("-c", "--config", required=True, metavar="FILE", help="configuration, YAML")
-    parser.add_argument("--channel", help="CAN interface, instead of the configuration's")
+    parser.add_argument("--channel", help="CAN channel, instead of the configuration's")
+    parser.add_argument("--interface", help="interface of python-can, instead of the configuration's")
     parser.epilog = """\
 For `ExecStopPost=` of a service: after a crash or a watchdog kill the power stages get 0 A at once instead of
 after their own time-out.
@@ -31,9 +32,7 @@ example:
 
 def run(args: argparse.Namespace) -> int:
     """Send the frames; returns 1 when the bus takes none."""
-    config = load_config(args.config)
-    if args.channel:
-        config = config.on_channel(args.channel)
+    config = load_config(args.config).on_bus(args.channel, args.interface)
     bus = config.bus
     spec = frame_specs(config)["CurrentCommand"]
     encode = make_encoder(spec)

@@ -59,7 +59,8 @@ class Config:
     bus_load: BusLoad  # at worst, with the rates in `frames`
     warnings: tuple[Problem, ...] = ()
 
-    def on_channel(self, channel: str, interface: str | None = None) -> Config:
-        """The same configuration on another CAN channel, and another interface if one is given."""
-        update = {"channel": channel} | ({} if interface is None else {"interface": interface})
-        return replace(self, bus=self.bus.model_copy(update=update))
+    def on_bus(self, channel: str | None = None, interface: str | None = None) -> Config:
+        """The same configuration on another CAN channel or interface; None leaves what it says."""
+        update = {"channel": channel, "interface": interface}
+        given = {name: value for name, value in update.items() if value is not None}
+        return replace(self, bus=self.bus.model_copy(update=given))

@@ -137,10 +137,10 @@ def test_a_damper_may_have_its_own_calibration(tmp_path):
 
 def test_another_channel_changes_nothing_else():
     config = vehicle()
-    other = config.on_channel("can7")
+    other = config.on_bus("can7")
     assert other.bus.channel == "can7"
-    assert other.on_channel("vcan0") == config
-    assert config.on_channel("x", "virtual").bus.interface == "virtual"
+    assert other.on_bus("vcan0") == config
+    assert config.on_bus("x", "virtual").bus.interface == "virtual"
 
 
 def test_a_configuration_cannot_be_changed_afterwards():
