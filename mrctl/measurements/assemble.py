@@ -9,7 +9,8 @@ import numpy as np
 
 from mrctl.errors import InputError, Problem
 from mrctl.measurements.clock import Clock, settle_clock
-from mrctl.measurements.kinematics import differentiate, integrate
+from mrctl.measurements.derivative import differentiate
+from mrctl.measurements.integral import integrate
 from mrctl.measurements.run import BY_ATTRIBUTE, KINEMATICS, FloatArray, IntArray, Run
 
 if TYPE_CHECKING:

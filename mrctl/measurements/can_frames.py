@@ -1,4 +1,4 @@
-"""Frames out of a CAN log: candump's text, and ASC, BLF, TRC through python-can.
+"""Frames out of a CAN log: candump's text, ASC, BLF and TRC through python-can, MF4 through asammdf.
 
 candump is read here, line by line: python-can turns its error frames (`20000040#...`) into data frames with
 the ID 0x40.
@@ -6,17 +6,19 @@ the ID 0x40.
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mrctl.can.quiet_import import can
 from mrctl.can.specs import ERROR_FLAG, EXTENDED_FLAG
 from mrctl.errors import InputError
-from mrctl.measurements.external import damage_is_input_error, warnings_of
+from mrctl.measurements.external import damage_is_input_error, library, warnings_of
 from mrctl.measurements.run import FloatArray
 
 _LINE = re.compile(
@@ -42,9 +44,10 @@ class Frames:
         self.times.setdefault(identifier, []).append(time)
         self.payloads.setdefault(identifier, []).append(payload)
 
-    def skip(self, reason: str) -> None:
-        """Count a frame or line that is left out."""
-        self.skipped[reason] = self.skipped.get(reason, 0) + 1
+    def skip(self, reason: str, count: int = 1) -> None:
+        """Count frames or lines that are left out."""
+        if count:
+            self.skipped[reason] = self.skipped.get(reason, 0) + count
 
     def of(self, identifier: int) -> tuple[FloatArray, list[bytes]]:
         """Times (n,) and payloads of one identifier."""
@@ -53,16 +56,22 @@ class Frames:
 
 def read_frames(path: Path, data: bytes, wanted: Collection[int], bus: str | None) -> Frames:
     """The frames in a log whose identifier is wanted, from one bus or all. InputError for what is no log."""
-    reader = _READERS.get(path.suffix.lower())
-    frames = Frames()
-    messages = _candump(path, data, frames) if reader is None else _python_can(path, reader, frames)
+    suffix, frames = path.suffix.lower(), Frames()
+    if suffix in _READERS:
+        messages = _python_can(path, _READERS[suffix], frames)
+    elif suffix in {".mf4", ".mdf"}:
+        messages = _mf4(path, data, frames)
+    else:
+        messages = _candump(path, data, frames)
     for identifier, time, channel, payload in messages:
         frames.total += 1
         frames.buses.add(channel)
         if (bus is None or channel == bus) and identifier in wanted:
             frames.add(identifier, time, payload)
     if not frames.total:
-        raise InputError.at(path, "holds no CAN data frames", "is it a log of candump -l, ASC, BLF or TRC?")
+        raise InputError.at(
+            path, "holds no CAN data frames", "is it a log of candump -l, ASC, BLF, TRC or MF4?"
+        )
     if bus is not None and bus not in frames.buses:
         there = ", ".join(sorted(frames.buses))
         raise InputError.at(path, f"has no frames of bus {bus}", f"it has {there}: correct `bus` in the map")
@@ -107,5 +116,34 @@ def _python_can(path: Path, reader: str, frames: Frames) -> Iterator[tuple[int, 
                 else:
                     identifier = message.arbitration_id | (EXTENDED_FLAG if message.is_extended_id else 0)
                     yield identifier, float(message.timestamp), str(message.channel), bytes(message.data)
-        if doubts.count:
-            frames.skipped["lines that could not be understood"] = doubts.count
+        frames.skip("lines that could not be understood", doubts.count)
+
+
+def _mf4(path: Path, data: bytes, frames: Frames) -> Iterator[tuple[int, float, str, bytes]]:
+    """The data frames of ASAM's bus logging: groups of channels named CAN_DataFrame.*."""
+    asammdf = library("asammdf", path, "MDF")
+    broken = asammdf.blocks.utils.MdfException
+    with damage_is_input_error(path, "MDF", broken), asammdf.MDF(io.BytesIO(data)) as file:
+        for kind in ("error", "remote"):
+            for place in file.channels_db.get(f"CAN_{kind.capitalize()}Frame", ()):
+                count = len(file.get(group=place[0], index=place[1]).timestamps)
+                frames.skip(f"{kind} frames", count)
+        for group, index in file.channels_db.get("CAN_DataFrame.DataBytes", ()):
+            payloads = file.get(group=group, index=index, raw=True)
+            stamps = payloads.timestamps.tolist()
+            columns = [
+                _cells(file, group, f"CAN_DataFrame.{name}", default, len(stamps))
+                for name, default in (("ID", 0), ("IDE", 0), ("BusChannel", 0), ("DataLength", 64))
+            ]
+            for stamp, payload, *cells in zip(stamps, payloads.samples, *columns, strict=True):
+                identifier, extended, bus, length = cells
+                identifier |= EXTENDED_FLAG if extended else 0
+                yield identifier, stamp, str(bus), bytes(payload)[:length]
+
+
+def _cells(file: Any, group: int, name: str, default: int, count: int) -> list[int]:  # noqa: ANN401 - asammdf is untyped
+    """A channel of whole numbers in one group, or `default` throughout where the group has none such."""
+    places = [place for place in file.channels_db.get(name, ()) if place[0] == group]
+    if not places:
+        return [default] * count
+    return [int(value) for value in file.get(group=group, index=places[0][1], raw=True).samples]

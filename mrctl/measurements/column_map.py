@@ -38,9 +38,10 @@ the CSV header: time_s, velocity_m_s, current_A, temperature_C, force_N, displac
 current_command_A, fluid_temperature_C, body_velocity_m_s. Further keys for text: `skip_lines` (before the
 header), `comment` (a mark, `#`), `decimal` (point or comma), `encoding`.
 
-Other formats take the same keys, with `format` where the extension does not tell it (text, mat, mdf, can):
-in MAT files a column is a variable, a field `log.v`, or a matrix column `data(:,3)`; in MDF a channel, with
-`group: 2` where several groups have it; in CAN logs a signal, `RelVel_FL` or `RelativeVelocity.RelVel_FL`:
+Other formats take the same keys, with `format` where the extension does not tell it (text, mat, mdf, can): in
+MAT files a column is a variable, a field `log.v`, or a matrix column `data(:,3)`; in MDF a channel, with
+`group: 2` where several groups have it; in CAN logs (MF4 with bus logging too) a signal, `RelVel_FL` or
+`RelativeVelocity.RelVel_FL`:
 
     schema: mrctl/columns/1
     dbc: mrctl.dbc                   # beside the map, or a path; else mrctl's own of that name
@@ -171,7 +172,7 @@ class ColumnMap:
             return
         try:
             self.pattern = re.compile(spec.pattern)
-        except re.error as error:
+        except (re.error, OverflowError, RecursionError) as error:
             findings.add(
                 ("from_name", "pattern"), f"the pattern is no regular expression: {error}", "mend it"
             )

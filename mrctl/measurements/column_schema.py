@@ -8,6 +8,8 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from mrctl.yaml_source import StrictModel
 
+_MANY_LINES = 10_000_000
+
 
 def _short_form(value: object) -> object:
     """`force_N: 4` says the same as `force_N: {column: 4}`."""
@@ -88,10 +90,10 @@ class MapModel(StrictModel):
     encoding: str | None = None
     delimiter: str | None = None
     decimal: Literal["point", "comma"] | None = None
-    header: int | None = Field(default=None, ge=0)
-    skip_lines: int = Field(default=0, ge=0)
+    header: int | None = Field(default=None, ge=0, le=_MANY_LINES)
+    skip_lines: int = Field(default=0, ge=0, le=_MANY_LINES)
     comment: str = Field(default="#", min_length=1)
-    sample_rate_hz: float | None = Field(default=None, gt=0)
+    sample_rate_hz: float | None = Field(default=None, ge=1e-3, le=1e9)
     columns: dict[str, Annotated[ColumnSpec, BeforeValidator(_short_form)]] = Field(default_factory=dict)
     signals: dict[str, Annotated[ColumnSpec, BeforeValidator(_short_form)]] = Field(default_factory=dict)
     constants: dict[str, Annotated[ConstantSpec, BeforeValidator(_bare_value)]] = Field(default_factory=dict)

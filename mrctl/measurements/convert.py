@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+import numpy as np
+
 from mrctl.measurements.run import FloatArray
 from mrctl.measurements.units import UNITS, units_of
 
@@ -22,7 +24,8 @@ class Conversion:
         """The cells (n,) in SI; untouched, to the last bit, where nothing is to be done."""
         if self.factor == 1.0 and self.offset == 0.0:
             return cells
-        return self.factor * cells + self.offset
+        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused as no measured value
+            return self.factor * cells + self.offset
 
 
 def conversion_of(

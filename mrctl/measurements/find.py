@@ -43,7 +43,7 @@ def format_of(file: Path, model: MapModel | None) -> str:
         return model.format
     if model.dbc is None and file.suffix.lower() in {".log", ".asc"}:
         return "text"  # common names for tables too
-    return "can" if model.dbc is not None and by_suffix == "text" else by_suffix
+    return "can" if model.dbc is not None else by_suffix
 
 
 def find_files(path: Path | str, patterns: tuple[str, ...] = ()) -> Found:
@@ -111,6 +111,8 @@ class _Walk:
                 self._warn(entry, "a hidden file; not read")
         elif entry.is_dir():
             self.folder(entry, name + "/")
+        elif matches and not entry.is_file() and not entry.is_symlink():
+            self._warn(entry, "no ordinary file (a pipe or device); not read")
         elif matches:
             self.found.files.append((entry, name))
         else:

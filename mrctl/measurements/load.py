@@ -17,12 +17,18 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-def load_run(path: Path | str, columns: Path | str | None = None, **needs: bool) -> Run:
-    """One file with one run; `columns` and `needs` as in `load_campaign`.
+def load_run(
+    path: Path | str,
+    columns: Path | str | None = None,
+    *,
+    need_force: bool = True,
+    need_current: bool = True,
+) -> Run:
+    """One file with one run; arguments as in `load_campaign`.
 
     InputError as in `load_campaign`, and where the file holds several runs.
     """
-    campaign = load_campaign(path, columns, **needs)
+    campaign = load_campaign(path, columns, need_force=need_force, need_current=need_current)
     if len(campaign.runs) != 1:
         raise InputError.at(
             path, f"holds {len(campaign.runs)} runs where one is due", "name a file with a single run"

@@ -1,10 +1,9 @@
-"""MDF files (MF4 and older) through asammdf: channels by name, or bus logging through a DBC."""
+"""MDF files (MF4 and older) through asammdf: channels by name."""
 
 from __future__ import annotations
 
 import io
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from mrctl.errors import InputError, Problem
 from mrctl.measurements.align import Sampled, align
 from mrctl.measurements.assemble import RawRun
-from mrctl.measurements.column_map import ColumnMap, dbc_path
+from mrctl.measurements.column_map import ColumnMap
 from mrctl.measurements.convert import Conversion, unit_of_file
 from mrctl.measurements.external import damage_is_input_error, library
 from mrctl.measurements.mapped import finish
@@ -23,7 +22,7 @@ def read_mdf(path: Path, data: bytes, name: str, mapping: ColumnMap | None) -> R
     """The run in an MDF file: channels with the interface's names, or those of a map. InputError if not."""
     asammdf = library("asammdf", path, "MDF")
     broken = asammdf.blocks.utils.MdfException
-    with damage_is_input_error(path, "MDF", broken), _opened(data, asammdf, mapping) as file:
+    with damage_is_input_error(path, "MDF", broken), asammdf.MDF(io.BytesIO(data)) as file:
         wanted: dict[str, tuple[str, int | None]]
         if mapping is None:
             wanted = {c.attribute: (c.column, None) for c in CHANNELS if c.column in file.channels_db}
@@ -52,16 +51,6 @@ def _unit(mapping: ColumnMap | None, attribute: str, unit: str) -> tuple[Convers
     if mapping is not None:
         return mapping.conversion(attribute, unit)
     return unit_of_file(Conversion(), unit, BY_ATTRIBUTE[attribute].unit)
-
-
-def _opened(data: bytes, asammdf: ModuleType, mapping: ColumnMap | None) -> Any:  # noqa: ANN401 - untyped
-    """The file; where the map names a DBC, the signals that are decoded from its bus logging."""
-    file = asammdf.MDF(io.BytesIO(data))
-    if mapping is None or mapping.model.dbc is None:
-        return file
-    dbc = dbc_path(mapping)
-    with file:
-        return file.extract_bus_logging({"CAN": [(str(dbc), 0)]})
 
 
 def _get(path: Path, file: Any, wanted: dict[str, tuple[str, int | None]]) -> dict[str, Any]:  # noqa: ANN401 - untyped

@@ -1,4 +1,4 @@
-"""Text tables as measuring systems export them: encodings, delimiters, decimal commas, lines of bad cells.
+"""Text tables as measuring systems export them: delimiters, decimal commas, the line of each bad cell.
 
 Clean tables go through numpy's C reader; only a table that it refuses is walked cell by cell, to say what is
 wrong in which line. Nothing is guessed in silence: every reading that is not the plain one leaves a note.
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrctl.errors import InputError, Problem
+from mrctl.measurements.decode import decode
 from mrctl.measurements.run import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -25,23 +26,6 @@ WHITESPACE = "whitespace"
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", WHITESPACE: WHITESPACE}
 _DELIMITER_NAMES = {value: name for name, value in DELIMITERS.items()}
 
-_MAGIC = {
-    b"MATLAB 5.0": "a MATLAB file",
-    b"\x89HDF": "an HDF5 file (MATLAB 7.3)",
-    b"MDF ": "an MDF file",
-    b"PK\x03\x04": "a zip archive or an Excel workbook",
-    b"\xd0\xcf\x11\xe0": "an old Excel workbook",
-    b"\x1f\x8b": "a gzip archive",
-    b"LOGG": "a BLF log",
-}
-_BOMS = (
-    (b"\xef\xbb\xbf", "utf-8-sig"),
-    (b"\xff\xfe\x00\x00", "utf-32"),
-    (b"\x00\x00\xfe\xff", "utf-32"),
-    (b"\xff\xfe", "utf-16"),
-    (b"\xfe\xff", "utf-16"),
-)
-_CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
 _COMMA_NUMBER = re.compile(r"(?<![\d.])[+-]?\d*,\d+(?:[eE][+-]?\d+)?(?![\d.,])")
 _QUOTED_COMMA_NUMBER = re.compile(r'"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*"')
 
@@ -176,37 +160,6 @@ def _and_more(bad: Sequence[object]) -> str:
 
 def _shown(text: str) -> str:
     return repr(text if len(text) <= 24 else text[:24] + "...")
-
-
-def decode(path: Path, data: bytes, encoding: str | None, notes: list[str]) -> str:
-    """The text of a file; InputError for what is no text. A reading other than UTF-8 is noted."""
-    for magic, kind in _MAGIC.items():
-        if data.startswith(magic):
-            raise InputError.at(
-                path, f"is {kind}, not a text table", "export it as CSV, or give its real extension"
-            )
-    named = encoding or next((name for bom, name in _BOMS if data.startswith(bom)), None)
-    if named is None and b"\x00" in data[:1000]:
-        even, odd = data[0:1000:2].count(0), data[1:1000:2].count(0)
-        half = len(data[:1000]) // 4
-        named = "utf-16-be" if even > half > odd else "utf-16-le" if odd > half > even else None
-    try:
-        text = data.decode(named or "utf-8")
-    except LookupError:
-        raise InputError.at(
-            path, f"unknown encoding {named}", "name one as Python does: utf-8, utf-16, latin-1"
-        ) from None
-    except UnicodeDecodeError as error:
-        if named is not None:
-            raise InputError.at(
-                path, f"is not {named} as it claims: {error.reason}", "export it again as UTF-8"
-            ) from None
-        text, named = data.decode("latin-1"), "latin-1"
-    if _CONTROL.search(text[:100_000]):
-        raise InputError.at(path, "is not text (binary data)", "export it as CSV, or give its real extension")
-    if named not in {None, "utf-8", "utf-8-sig"}:
-        notes.append(f"read as {named}")
-    return text.removeprefix("\ufeff")
 
 
 def read_table(path: Path, data: bytes, layout: Layout) -> Table:

@@ -104,8 +104,29 @@ def messages(seconds: float = 3.0, *, start: float = 1000.0, damage: bool = Fals
     return result
 
 
+def write_mf4_log(path: Path, frames: list[can.Message]) -> Path:
+    """Bus logging as ASAM describes it: one group of channels CAN_DataFrame.*."""
+    names = ["ID", "IDE", "BusChannel", "DataLength", "DataBytes"]
+    samples = [
+        np.array([frame.arbitration_id for frame in frames], dtype=np.uint32),
+        np.zeros(len(frames), dtype=np.uint8),
+        np.full(len(frames), 2, dtype=np.uint8),
+        np.array([len(frame.data) for frame in frames], dtype=np.uint8),
+        np.array([list(frame.data) for frame in frames], dtype=np.uint8),
+    ]
+    stamps = np.array([frame.timestamp for frame in frames])
+    with MDF(version="4.10") as file:
+        file.append(
+            [Signal(s, stamps, name=f"CAN_DataFrame.{n}") for n, s in zip(names, samples, strict=True)]
+        )
+        file.save(path, overwrite=True)
+    return path
+
+
 def write_log(path: Path, frames: list[can.Message]) -> Path:
     """A log by python-can's writer for the extension."""
+    if path.suffix == ".mf4":
+        return write_mf4_log(path, frames)
     kind = {".log": "CanutilsLog", ".asc": "ASC", ".blf": "BLF", ".trc": "TRC"}[path.suffix]
     with getattr(can, kind + "Writer")(str(path)) as writer:
         for frame in frames:

@@ -5,7 +5,8 @@ import pytest
 from motions import sine
 from scipy import signal
 
-from mrctl.measurements.kinematics import cumulative_integral, differentiate, integrate, noise_sigma
+from mrctl.measurements.derivative import differentiate, noise_sigma
+from mrctl.measurements.integral import cumulative_integral, integrate
 
 CASES = [
     # frequency Hz, cycles, rate Hz: the paper's protocol, whole and cut cycles, slow, fast, few samples

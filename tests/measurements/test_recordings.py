@@ -114,7 +114,7 @@ def test_an_mdf_channel_in_two_groups_needs_the_group(tmp_path):
     assert np.allclose(load_run(path, written(tmp_path / "map.yaml", text)).force_n[:100], FORCE[:100])
 
 
-@pytest.mark.parametrize("suffix", [".log", ".asc", ".blf", ".trc"])
+@pytest.mark.parametrize("suffix", [".log", ".asc", ".blf", ".trc", ".mf4"])
 def test_logs_of_all_kinds_give_the_same_run(tmp_path, suffix):
     path = write_log(tmp_path / f"drive{suffix}", messages())
     run = load_run(path, written(tmp_path / "map.yaml", CAN_MAP))

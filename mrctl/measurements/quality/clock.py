@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mrctl.measurements.clock import JITTER
-from mrctl.measurements.kinematics import motion_frequency
+from mrctl.measurements.integral import motion_frequency
 from mrctl.measurements.quality.finding import Finding, error, inner, stretches, warning
 from mrctl.measurements.run import CHANNELS, FloatArray, Run
 

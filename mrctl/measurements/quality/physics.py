@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import sqrt
 
-from mrctl.measurements.kinematics import hann_line, integrate
+from mrctl.measurements.integral import hann_line, integrate
 from mrctl.measurements.quality.finding import Finding, error, inner, spread, warning
 from mrctl.measurements.run import FloatArray, Run
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mrctl.measurements.kinematics import noise_sigma
+from mrctl.measurements.derivative import noise_sigma
 from mrctl.measurements.quality.finding import Finding, error, spread, stretches, warning
 from mrctl.measurements.run import FloatArray, Run
 
