@@ -12,11 +12,13 @@ from typing import Any
 
 from mrctl.config import load_config
 from mrctl.demo.bus import BusRun, run_on_bus
-from mrctl.demo.report import HEADERS, Outcome, write_report
+from mrctl.demo.report import HEADERS, Outcome, force_error_figure, write_report
 from mrctl.demo.scenario import IDEAL, STRATEGIES, TEMPERATURES_C, Result, cases, run_all
+from mrctl.errors import InputError
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import table
 from mrctl.share_path import share_file
+from mrctl.yaml_source.writer import write_atomically
 
 BUS_SECONDS = 4.0
 
@@ -50,8 +52,9 @@ def run(args: argparse.Namespace) -> int:
         bus = run_on_bus(config, BUS_SECONDS)
     outcome = Outcome(results)
     path = Path(args.output) / "report.html"
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     write_report(outcome, bus, config, path)
+    write_atomically(path.with_name("force_error.svg"), force_error_figure(outcome).standalone())
     if args.json:
         text = json.dumps(_figures(outcome, bus, time.monotonic() - started), indent=2) + "\n"
         if args.json == "-":
@@ -64,6 +67,16 @@ def run(args: argparse.Namespace) -> int:
     print(bus_line(bus))
     print(f"report: {path}")
     return 0
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder; InputError where that cannot be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError.at(
+            path, f"is no folder to write to: {error.strerror}", "name another with -o"
+        ) from error
 
 
 def bus_line(bus: BusRun) -> str:

@@ -105,17 +105,8 @@ def write_report(outcome: Outcome, bus: BusRun, config: Config, path: Path) -> i
     )
     for line in outcome.findings(plant.coil_lag_s):
         page.paragraph(line)
-    mapped = [s for s in STRATEGIES if s.current_map is not None]
     page.figure(
-        bar_plot(
-            "Force error",
-            "RMS, N",
-            [f"{T:g} °C" for T in TEMPERATURES_C],
-            [
-                Bars(s.label, [outcome.of(s, T).metrics.tracking_rms_n for T in TEMPERATURES_C])
-                for s in mapped
-            ],
-        ),
+        force_error_figure(outcome),
         "The same law and road; only the way from force to current differs.",
     )
     page.table(HEADERS, outcome.rows(), "All runs")
@@ -144,6 +135,17 @@ def write_report(outcome: Outcome, bus: BusRun, config: Config, path: Path) -> i
         ]
     )
     return page.write(path)
+
+
+def force_error_figure(outcome: Outcome) -> Figure:
+    """Bars of the force error of each way to command, by temperature."""
+    mapped = [strategy for strategy in STRATEGIES if strategy.current_map is not None]
+    return bar_plot(
+        "Force error",
+        "RMS, N",
+        [f"{T:g} °C" for T in TEMPERATURES_C],
+        [Bars(s.label, [outcome.of(s, T).metrics.tracking_rms_n for T in TEMPERATURES_C]) for s in mapped],
+    )
 
 
 def _time_figure(outcome: Outcome) -> Figure:

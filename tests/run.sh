@@ -5,7 +5,7 @@
 # Python packages go into $VIRTUAL_ENV if one is active, else into .venv-test. Debian packages are installed when
 # this is root; otherwise it says which ones are missing. PYTHON=python3.12 chooses the interpreter of .venv-test.
 set -euo pipefail
-cd "$(dirname "$0")"
+cd "$(dirname "$0")/.."
 export PATH="$PATH:/usr/sbin:/sbin"
 
 say() { printf '\n== %s\n' "$*"; }
