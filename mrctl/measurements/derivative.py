@@ -9,6 +9,7 @@ window, noisy data a longer.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import comb, sqrt
 
 import numpy as np
@@ -93,6 +94,7 @@ def _windows(count: int) -> list[int]:
         windows.append(size)
 
 
+@lru_cache(maxsize=256)
 def _kernel(window: int, order: int) -> FloatArray:
     """The coefficients of a Savitzky-Golay derivative at the middle of the window, for unit sample time.
 

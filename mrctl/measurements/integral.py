@@ -14,13 +14,15 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
+import numpy.typing as npt
 
 from mrctl.measurements.derivative import noise_sigma
 from mrctl.measurements.run import FloatArray
 
 _HARMONICS = 5
-_PERIODIC_SHARE = 0.98
-"""Share of the velocity's variance that the harmonics must explain in the middle of a run that repeats."""
+_PERIODIC_SHARE, _STEADY_SHARE = 0.98, 0.01
+"""A run repeats if harmonics explain this share of the velocity's variance in its middle, and is steady where
+they leave, over half a cycle, no more than the second share."""
 
 
 def cumulative_integral(values: FloatArray, dt: float) -> FloatArray:
@@ -54,9 +56,9 @@ def integrate(values: FloatArray, dt: float) -> Integral:
     strongest = motion_frequency(values, dt)
     if strongest is None:
         return Integral(total, "zero at the start; a single stroke, so no drift could be told from motion")
-    frequency = _repeating(values, time, strongest)
-    if frequency is not None:
-        drift = _line_beside_harmonics(total, time, frequency)
+    found = _repeating(values, time, strongest)
+    if found is not None:
+        drift = _line_beside_harmonics(total, time, *found)
         return Integral(total - drift, "zero mean over whole cycles, drift removed")
     result = total - hann_line(total)
     return Integral(result - result[0], "zero at the start, straight drift removed")
@@ -108,43 +110,97 @@ def _harmonics(time: FloatArray, frequency: float) -> FloatArray:
     return np.hstack((np.cos(phases), np.sin(phases)))
 
 
-def _repeating(values: FloatArray, time: FloatArray, frequency: float) -> float | None:
-    """The refined frequency if harmonics explain the middle half of the run, else None."""
+def _repeating(values: FloatArray, time: FloatArray, frequency: float) -> tuple[float, slice] | None:
+    """The refined frequency of a motion that repeats and the rows where it does, without ramps; else None.
+
+    The middle half of the run decides, since ramps stand at the ends; then where it is steady.
+    """
     quarter = len(values) // 4
-    middle = slice(quarter, len(values) - quarter)
-    if (time[middle][-1] - time[middle][0]) * frequency < 1.5:
-        middle = slice(None)
-    stride = max(1, len(values[middle]) // 2000)
-    part, when = values[middle][::stride], time[middle][::stride]
+    rows = slice(quarter, len(values) - quarter)
+    if _duration(time, rows) * frequency < 1.5:
+        rows = slice(0, len(values))
+    noise = noise_sigma(values) ** 2
+    for _ in range(2):
+        fit = _fit(values, time, frequency, rows)
+        if fit.frequency <= 0 or fit.residual >= (1 - _PERIODIC_SHARE) * fit.variance + 1.2 * noise:
+            return None
+        steady = _steady(values, time, fit, _STEADY_SHARE * fit.variance + 1.5 * noise)
+        if _duration(time, steady) * fit.frequency < 1.0:
+            break
+        rows, frequency = steady, fit.frequency
+    return (frequency, rows) if frequency * time[-1] > 1.0 else None
+
+
+def _duration(time: FloatArray, rows: slice) -> float:
+    """From the first to the last of some rows, in s."""
+    part = time[rows]
+    return float(part[-1] - part[0]) if len(part) else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    """Mean and harmonics of a motion: weights, and the variances of the motion and of what they leave."""
+
+    frequency: float
+    weights: FloatArray
+    variance: float
+    residual: float
+
+
+def _fit(values: FloatArray, time: FloatArray, frequency: float, rows: slice) -> _Fit:
+    """Harmonics and their frequency over some rows, thinned to some 2,000."""
+    stride = max(1, len(values[rows]) // 2000)
+    part, when = values[rows][::stride], time[rows][::stride]
     orders = np.arange(1, _HARMONICS + 1)
-    for _ in range(
-        4
-    ):  # Gauss-Newton on the frequency, which the spectrum's peak gives to a fraction of a bin
+    for _ in range(4):  # Gauss-Newton on the frequency: the spectrum gives it to a fraction of a bin
         basis = np.column_stack((np.ones(len(when)), _harmonics(when, frequency)))
         weights = _least_squares(basis, part)
         residual = part - basis @ weights
+        fit = _Fit(frequency, weights, float(np.var(part)), float(np.var(residual)))
         cosines, sines = np.split(basis[:, 1:], 2, axis=1)
-        slope = when * (
-            cosines @ (orders * weights[1 + _HARMONICS :]) - sines @ (orders * weights[1 : 1 + _HARMONICS])
-        )
-        joint = np.column_stack((basis, 2 * pi * slope))
+        of_cosines, of_sines = np.split(weights[1:], 2)
+        slope = cosines @ (orders * of_sines) - sines @ (orders * of_cosines)
+        joint = np.column_stack((basis, 2 * pi * when * slope))
         frequency += float(_least_squares(joint, residual)[-1])
-    left = float(np.var(residual))
-    explained = left < (1 - _PERIODIC_SHARE) * float(np.var(part)) + 1.2 * noise_sigma(values) ** 2
-    return frequency if explained and frequency * time[-1] > 1.0 else None
+    return fit
 
 
-def _line_beside_harmonics(total: FloatArray, time: FloatArray, frequency: float) -> FloatArray:
-    """The straight line in `total`, fitted together with the motion's harmonics."""
+def _steady(values: FloatArray, time: FloatArray, fit: _Fit, limit: float) -> slice:
+    """The rows where a fit leaves no more than `limit` in the mean square over half a cycle."""
+    stride = max(1, len(values) // 4000)
+    part, when = values[::stride], time[::stride]
+    residual = part - np.column_stack((np.ones(len(when)), _harmonics(when, fit.frequency))) @ fit.weights
+    half = int(0.5 / (fit.frequency * (time[1] - time[0]) * stride))
+    half = max(1, min(half, len(when) // 2))
+    square = np.convolve(residual**2, np.full(half, 1.0 / half), mode="same")
+    steady = _longest(square < limit, stride)
+    reach = int(0.4 * half * stride)  # the mean over half a cycle looks nearly half of that ahead
+    return slice(max(0, steady.start - reach), steady.stop + reach)
+
+
+def _longest(mask: npt.NDArray[np.bool_], stride: int) -> slice:
+    """The longest stretch of true values, in rows."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    starts, ends = edges[::2], edges[1::2]
+    if not len(starts):
+        return slice(0, 0)
+    best = int(np.argmax(ends - starts))
+    return slice(int(starts[best]) * stride, int(ends[best]) * stride)
+
+
+def _line_beside_harmonics(
+    total: FloatArray, time: FloatArray, frequency: float, steady: slice
+) -> FloatArray:
+    """The straight line in `total`, fitted together with the motion's harmonics where it repeats."""
+    part, when = total[steady], time[steady]
     # A thinned fit is as good: 40 samples a cycle hold five harmonics, and 20,000 the line.
-    stride = int(min(1.0 / (frequency * (time[1] - time[0]) * 40), len(time) / 200))
-    stride = max(1, stride, len(time) // 20_000)
-    when = time[::stride]
-    middle = when - 0.5 * time[-1]
-    basis = np.column_stack((np.ones(len(when)), middle, _harmonics(when, frequency)))
-    # Hann weights: ramps at the ends of the run, where the motion does not repeat yet, must not tilt the
-    # line.
+    stride = int(min(1.0 / (frequency * (time[1] - time[0]) * 40), len(when) / 200))
+    stride = max(1, stride, len(when) // 20_000)
+    when = when[::stride]
+    centre = 0.5 * (when[0] + when[-1])
+    basis = np.column_stack((np.ones(len(when)), when - centre, _harmonics(when, frequency)))
+    # Hann weights: what is left of ramps at the ends must not tilt the line.
     weights = np.sqrt(np.hanning(len(when) + 2)[1:-1])
-    level, slope = _least_squares(basis * weights[:, None], total[::stride] * weights)[:2]
-    result: FloatArray = level + slope * (time - 0.5 * time[-1])
+    level, slope = _least_squares(basis * weights[:, None], part[::stride] * weights)[:2]
+    result: FloatArray = level + slope * (time - centre)
     return result

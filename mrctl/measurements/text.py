@@ -225,7 +225,7 @@ def _from_header(path: Path, line: int, rows: list[str], numbers: IntArray) -> t
 
 def _names(row: str, delimiter: str) -> tuple[str, ...]:
     """The names in a header; empty ones at its end are none."""
-    names = [name.strip() for name in _cells(row, delimiter)]
+    names = [" ".join(name.split()) for name in _cells(row, delimiter)]
     while len(names) > 1 and not names[-1]:
         names.pop()
     return tuple(names)

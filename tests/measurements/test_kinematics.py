@@ -86,6 +86,15 @@ def test_ramps_at_the_ends_leave_no_drift():
     assert error(integrate(velocity + 0.01, 1e-3).values, x) < 2e-3
 
 
+@pytest.mark.parametrize(("cycles", "ends"), [(3, 1), (4, 1), (9, 1), (4, 2), (9, 2)])
+def test_ramps_do_not_tilt_a_run_that_is_steady_for_two_cycles(cycles, ends):
+    t = np.arange(int(cycles / 0.5 * 1000)) / 1000
+    envelope = np.clip(t / 2, 0, 1) * (np.clip((t[-1] - t) / 1.5, 0, 1) if ends == 2 else 1.0)
+    x = 0.01 * envelope * np.sin(np.pi * t)
+    result = integrate(np.gradient(x, 1e-3) + 0.002, 1e-3)
+    assert error(result.values, x) < 5e-3
+
+
 @pytest.mark.parametrize(
     "shape",
     [

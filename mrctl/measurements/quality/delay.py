@@ -13,7 +13,8 @@ from mrctl.measurements.run import FloatArray, Run
 MIN_TURNS = 4
 LAG_S, LAG_DEGREES = 8e-3, 10.0
 """One run cannot tell a delay from elasticity: a real damper turned 18 ms late at 1 Hz, 9 degrees at 5 Hz."""
-COMMON_LAG_S = 3e-3
+COMMON_LAG_S = 8e-3
+"""What the lag filter of a slow damper makes by itself is up to about 5 ms."""
 LEAD_S, HEAVIEST_KG = 5e-3, 30.0
 """A lead is put down to a channel only where inertia cannot explain it: fluid inertia is up to 20 kg."""
 
