@@ -2,6 +2,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from motions import csv_text, rows, sine
 
 from mrctl.errors import InputError
@@ -64,10 +67,10 @@ def test_a_velocity_derived_from_the_real_displacement_is_the_one_that_was_given
     (tmp_path / "without.yaml").write_text(text)
     with_it = load_campaign(utfsm, sines_map)
     without = load_campaign(utfsm, tmp_path / "without.yaml")
-    for given, derived in zip(with_it.runs, without.runs, strict=True):
-        if given.name.startswith("2mm5Hz"):
+    for stated, derived in zip(with_it.runs, without.runs, strict=True):
+        if stated.name.startswith("2mm5Hz"):
             continue  # its given velocity is itself a difference over several of the 40 samples of a cycle
-        assert np.std(derived.velocity_m_s - given.velocity_m_s) < 0.005 * np.std(given.velocity_m_s)
+        assert np.std(derived.velocity_m_s - stated.velocity_m_s) < 0.005 * np.std(stated.velocity_m_s)
 
 
 @pytest.mark.parametrize(
@@ -217,3 +220,62 @@ def test_an_example_in_the_documentation_of_the_map_is_a_sound_map(tmp_path):
     for block in blocks:
         (tmp_path / "map.yaml").write_text("\n".join(line[4:] for line in block.split("\n")))
         assert read_map(tmp_path / "map.yaml").places
+
+
+WORDS = st.sampled_from(
+    [
+        "force_N",
+        "time_s",
+        "velocity_m_s",
+        "current_A",
+        "mm",
+        "N",
+        "V",
+        "10 mm/V",
+        "comma",
+        "whitespace",
+        "1",
+        "x(",
+        "",
+    ]
+)
+SCALARS = st.one_of(WORDS, st.integers(), st.floats(), st.booleans(), st.none(), st.text(max_size=5))
+SPECS = st.dictionaries(
+    st.sampled_from(["column", "unit", "scale", "offset", "sign", "value", "group"]), SCALARS
+)
+BLOCKS = st.dictionaries(WORDS, st.one_of(SCALARS, SPECS), max_size=4)
+KEYS = [
+    "files",
+    "format",
+    "delimiter",
+    "decimal",
+    "header",
+    "skip_lines",
+    "comment",
+    "encoding",
+    "sample_rate_hz",
+]
+MAPS = st.fixed_dictionaries(
+    {},
+    optional={
+        **dict.fromkeys(KEYS, SCALARS),
+        **dict.fromkeys(["columns", "constants", "signals"], BLOCKS),
+        "from_name": st.fixed_dictionaries({"pattern": st.one_of(WORDS, st.just("(?P<force_N>.)"))}),
+        "split": st.dictionaries(
+            st.sampled_from(["column", "after", "before", "values"]), st.one_of(SCALARS, BLOCKS)
+        ),
+    },
+)
+GOOD = {"columns": {"time_s": 1, "velocity_m_s": 2, "current_A": 3, "temperature_C": 4, "force_N": 5}}
+
+
+@pytest.mark.filterwarnings("error")
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(MAPS, st.booleans())
+def test_random_maps_raise_nothing_but_input_errors(tmp_path, content, with_columns):
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump(content | (GOOD if with_columns else {})))
+    (tmp_path / "run.txt").write_text(csv_text(rows()[:30]))
+    try:
+        load_campaign(tmp_path / "run.txt", tmp_path / "map.yaml")
+    except InputError as error:
+        assert str(tmp_path) in str(error)  # noqa: PT017 - it need not be raised

@@ -215,6 +215,21 @@ def test_a_derived_velocity_is_written_with_all_kinematics(tmp_path):
         assert np.array_equal(getattr(run, name), getattr(again, name)), name
 
 
+def test_an_extra_column_replaces_one_of_the_same_name_and_what_is_unknown_is_left_out(tmp_path):
+    table = np.column_stack((rows()[:, [0, 1, 3, 4]], np.full(len(rows()), 9.0)))
+    header = "time_s,velocity_m_s,temperature_C,force_N,current_command_A"
+    path = write_csv(tmp_path / "r.csv", table, header=header)
+    run = load_run(path)
+    assert np.all(run.current_a == 9.0)
+    assert any("current_A taken from current_command_A" in note for note in run.notes)
+    write_run_csv(run, tmp_path / "out.csv", {"current_command_A": np.full(len(run), 0.5)})
+    assert np.all(load_run(tmp_path / "out.csv").current_command_a == 0.5)
+    write_csv(path, table[:, :3], header="time_s,velocity_m_s,temperature_C")
+    bare = load_run(path, need_force=False, need_current=False)
+    write_run_csv(bare, tmp_path / "bare.csv")
+    assert (tmp_path / "bare.csv").read_text().split("\n", 1)[0] == "time_s,velocity_m_s,temperature_C"
+
+
 def test_nothing_half_written_is_left_where_a_path_cannot_be_written(tmp_path):
     run = load_run(write_csv(tmp_path / "r.csv"))
     with pytest.raises(InputError, match="cannot be written"):
