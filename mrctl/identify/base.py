@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,76 +87,137 @@ def averaged(x: Array, factor: int) -> Array:
 
 
 @dataclass(frozen=True, slots=True)
-class Linearised:
-    """A record's force (n), and derivatives (m, n // factor) by the parameters `index` (m) that it sees."""
+class Rows:
+    """Derivatives (m, n // factor) by the parameters `index` (m) of the layout."""
 
-    force_n: Array
-    jacobian: Array
+    values: Array
     index: NDArray[np.intp]
 
 
-def linearise(
-    inputs: Inputs, layout: Layout, t: Tables, factor: int = 1, gain: Array | None = None
-) -> Linearised:
-    """Force and its derivatives; the derivatives as averages over `factor` samples.
+@dataclass(frozen=True, slots=True)
+class StaticRows:
+    """Derivatives of the static force, and of its level f h, by the tables' parameters (n // factor each).
 
-    The force is exact at every sample. Averaging the slopes costs nothing where the force itself has
-    little above the coarser rate, and saves most of the time.
-    `gain`: what an effect multiplies the static force by, sample by sample.
+    The level has no derivatives by g; its rows are those of the first `levels` parameters.
+    """
+
+    static: Array
+    level: Array
+    index: NDArray[np.intp]
+    shared: int  # increments of f below the first one in use: they act as it does
+
+    def dealt(self, values: Array) -> Rows:
+        """Rows made of `static`, with the first one repeated for the increments that share it."""
+        if not self.shared:
+            return Rows(values, self.index)
+        lower = self.index[0] - self.shared + np.arange(self.shared)
+        return Rows(
+            np.concatenate([np.repeat(values[:1], self.shared, axis=0), values]),
+            np.concatenate([lower, self.index]),
+        )
+
+
+def static_rows(
+    inputs: Inputs, layout: Layout, t: Tables, factor: int = 1, gain: Array | None = None
+) -> StaticRows:
+    """How the static force moves with the tables, averaged over `factor` samples.
+
+    `gain`: what effects multiply the static force by, sample by sample.
     """
     parts = layout.parts
     bb = backbone(inputs, t)
-    one = 1.0 if gain is None else gain
+    g = bb.g if gain is None else bb.g * gain
+    level: list[Array] = []
     rows: list[Array] = []
     where: list[NDArray[np.intp]] = []
 
-    # f: an increment reaches every knot above it, so hats are summed from the top.
-    hats, first_f = inputs.current.hats(bb.g * bb.h * one * layout.force_scale_n, factor)
-    # Increments up to the lowest knot in use all act alike: one row serves them.
-    rows.append(np.cumsum(hats[::-1], axis=0)[::-1])
-    where.append(np.arange(first_f, first_f + hats.shape[0]) + parts["f"].start)
+    def add(by_level: Callable[[Array], Array], index: NDArray[np.intp]) -> None:
+        rows.append(by_level(g))
+        level.append(by_level(np.ones_like(g)) if gain is not None else np.zeros((0, 0)))
+        where.append(index)
 
-    hats, first = inputs.velocity.hats(bb.f * bb.h * one, factor)
+    # f: an increment reaches every knot above it, so hats are summed from the top.
+    first_f = int(inputs.current.below.min())
+
+    def by_f(weight: Array) -> Array:
+        hats, _ = inputs.current.hats(weight * bb.h * layout.force_scale_n, factor)
+        return np.asarray(np.cumsum(hats[::-1], axis=0)[::-1], dtype=np.float64)
+
+    count = int(inputs.current.below.max()) - first_f + (2 if inputs.current.count > 1 else 1)
+    add(by_f, np.arange(first_f, first_f + count) + parts["f"].start)
+    if layout.free_h.size:
+        _add_h(inputs, layout, t, bb, factor, add)
+    if layout.free_blend:
+        width = max(t.on_above_a - t.off_below_a, 1e-9)
+        inside = (inputs.current_a >= t.off_below_a) & (inputs.current_a <= t.on_above_a)
+        by_w = np.where(inside, bb.f * (bb.h_on - bb.h_off), 0.0) / width
+        add(
+            lambda weight: averaged(np.stack([weight * by_w * (bb.w - 1.0), -weight * by_w * bb.w]), factor),
+            np.arange(parts["blend"].start, parts["blend"].stop),
+        )
+
+    fh = bb.f * bb.h if gain is None else bb.f * bb.h * gain
+    hats, first = inputs.velocity.hats(fh, factor)
     position = np.full(inputs.velocity.count, -1)
     position[layout.free_g] = np.arange(layout.free_g.size)
     kept = np.flatnonzero((position[first : first + hats.shape[0]] >= 0) & hats.any(axis=1))
     rows.append(hats[kept])
     where.append(position[first + kept] + parts["g"].start)
+    return StaticRows(
+        np.concatenate(rows),
+        np.concatenate(level) if gain is not None else np.zeros((0, 0)),
+        np.concatenate(where),
+        first_f,
+    )
 
-    fg = bb.f * bb.g * one
-    if layout.free_h.size:
-        position = np.full(inputs.temperature.count, -1)
-        position[layout.free_h] = np.arange(layout.free_h.size)
-        states = [("h_on", t.h_on, bb.w if layout.two_states else np.ones_like(bb.w))]
-        if layout.two_states:
-            states.append(("h_off", t.h_off, 1.0 - bb.w))
-        for name, table, weight in states:
-            if not np.any(weight):
-                continue
-            hats, first = inputs.temperature.hats(fg * weight, factor)
-            hats *= table[first : first + hats.shape[0], None]
-            kept = np.flatnonzero((position[first : first + hats.shape[0]] >= 0) & hats.any(axis=1))
-            rows.append(hats[kept])
-            where.append(position[first + kept] + parts[name].start)
 
-    if layout.free_blend:
-        width = max(t.on_above_a - t.off_below_a, 1e-9)
-        inside = (inputs.current_a >= t.off_below_a) & (inputs.current_a <= t.on_above_a)
-        by_w = np.where(inside, fg * (bb.h_on - bb.h_off), 0.0) / width
-        rows.append(averaged(np.stack([by_w * (bb.w - 1.0), -by_w * bb.w]), factor))
-        where.append(np.arange(parts["blend"].start, parts["blend"].stop))
+def _add_h(
+    inputs: Inputs,
+    layout: Layout,
+    t: Tables,
+    bb: Backbone,
+    factor: int,
+    add: Callable[[Callable[[Array], Array], NDArray[np.intp]], None],
+) -> None:
+    position = np.full(inputs.temperature.count, -1)
+    position[layout.free_h] = np.arange(layout.free_h.size)
+    states = [("h_on", t.h_on, bb.w if layout.two_states else np.ones_like(bb.w))]
+    if layout.two_states:
+        states.append(("h_off", t.h_off, 1.0 - bb.w))
+    first = int(inputs.temperature.below.min())
+    count = int(inputs.temperature.below.max()) - first + (2 if inputs.temperature.count > 1 else 1)
+    kept = np.flatnonzero(position[first : first + count] >= 0)
+    for name, table, share in states:
+        if not np.any(share) or not kept.size:
+            continue
+        scale = table[first + kept, None]
 
-    u = bb.force_n * one
+        def by_h(weight: Array, share: Array = share, scale: Array = scale) -> Array:
+            return np.asarray(inputs.temperature.hats(weight * bb.f * share, factor)[0][kept] * scale)
+
+        add(by_h, position[first + kept] + layout.parts[name].start)
+
+
+def linearise(inputs: Inputs, layout: Layout, t: Tables, factor: int = 1) -> tuple[Array, Rows]:
+    """Force (n), and its derivatives as averages over `factor` samples.
+
+    The force is exact at every sample. Averaging the slopes costs nothing where the force itself has
+    little above the coarser rate, and saves most of the time.
+    """
+    u = backbone(inputs, t).force_n
     y = hysteresis.filtered(*hysteresis.discretise(t.filter, inputs.rate_hz), u)
+    rows = static_rows(inputs, layout, t, factor)
     rate = inputs.rate_hz / factor
-    jacobian = hysteresis.filtered(*hysteresis.discretise(t.filter, rate), np.concatenate(rows))
-    index = np.concatenate(where)
-    if first_f > 0:
-        # The shared row of the lower increments is dealt out again.
-        jacobian = np.concatenate([np.repeat(jacobian[:1], first_f, axis=0), jacobian])
-        index = np.concatenate([np.arange(first_f) + parts["f"].start, index])
-    if layout.order:
-        by_filter = hysteresis.sensitivities(t.filter, rate, averaged(u, factor), averaged(y, factor))
-        jacobian = np.concatenate([jacobian, by_filter])
-        index = np.concatenate([index, np.arange(parts["filter"].start, parts["filter"].stop)])
-    return Linearised(y, jacobian, index)
+    dealt = rows.dealt(hysteresis.filtered(*hysteresis.discretise(t.filter, rate), rows.static))
+    return y, with_filter_rows(dealt, layout, t, rate, averaged(u, factor), averaged(y, factor))
+
+
+def with_filter_rows(rows: Rows, layout: Layout, t: Tables, rate_hz: float, u: Array, y: Array) -> Rows:
+    """The rows, with those of the filter that makes y of u."""
+    if not layout.order:
+        return rows
+    part = layout.parts["filter"]
+    return Rows(
+        np.concatenate([rows.values, hysteresis.sensitivities(t.filter, rate_hz, u, y)]),
+        np.concatenate([rows.index, np.arange(part.start, part.stop)]),
+    )

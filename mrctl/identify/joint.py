@@ -1,19 +1,27 @@
-"""The joint model: base tables, hysteresis filter and effects fitted together on whole records."""
+"""The joint model: base tables, hysteresis filter and effects fitted together on whole records.
+
+The parameter vector is the layout's (`Layout`), then each effect's parameters in steps that matter
+(`Effects`). Whatever is fitted, is fitted jointly: a base that stays as it was found without an effect
+pushes its own error onto the effect.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify import base, hysteresis
+from mrctl.identify import base, effects_fit, hysteresis
+from mrctl.identify.effects_fit import Effects
 from mrctl.identify.layout import Layout, Tables
-from mrctl.identify.noise import correlation_inflation, record_noise
+from mrctl.identify.noise import coloured_gram, correlation_inflation, record_noise
 from mrctl.identify.penalties import Penalty, base_penalties
 from mrctl.identify.records import Record
 from mrctl.identify.solver import Normal, Solution, covariance, solve
+from mrctl.model.effects.base import Vector
+from mrctl.simulate import Run, Trace
 
 Array = NDArray[np.float64]
 
@@ -22,17 +30,27 @@ SETTLE_TIMES = 4.0  # slowest time constants that a record's start is left out f
 SETTLE_SHARE = 0.1  # but never more than this share of it
 REST_SHARE = 0.03  # a record that starts slower than this share of its top speed starts at rest
 FLOOR_SHARE = 1e-5  # of the force scale: noise below this is no noise
+EFFECT_SPREAD = 30.0  # steps that matter: the weak pull of an effect's parameters to neutral
+FASTEST_POLE = 0.8 * np.pi / hysteresis.UNIT_RAD_S  # times the sample rate
+SLOWEST_POLE = 0.02  # 0.2 Hz
 
 
 @dataclass
 class JointModel:
-    """Records under one layout; everything the fit, the covariance and the diagnosis ask of them."""
+    """Records under one layout, with effects; what the fit, the covariance and the diagnosis ask of them.
+
+    Not for two threads at once: it keeps the last simulation of each record, so that the next one
+    repeats only what changed.
+    """
 
     layout: Layout
     records: Sequence[Record]
-    inputs: list[base.Inputs] = field(init=False)
-    weights: Array = field(init=False)
-    noise_n: Array = field(init=False)
+    effects: Effects = field(default_factory=lambda: Effects(()))
+    inputs: list[base.Inputs] = field(init=False, repr=False)
+    weights: Array = field(init=False, repr=False)
+    noise_n: Array = field(init=False, repr=False)
+    _runs: list[Run] = field(init=False, repr=False, default_factory=list)
+    _traces: list[Trace | None] = field(init=False, repr=False, default_factory=list)
 
     def __post_init__(self) -> None:
         self.inputs = [
@@ -41,11 +59,41 @@ class JointModel:
         ]
         self.noise_n = np.full(len(self.records), 0.05 * self.layout.force_scale_n)
         self.weights = 1.0 / self.noise_n**2
+        if self.effects.size:
+            self._runs = [effects_fit.simulation_run(r) for r in self.records]
+        self._traces = [None] * len(self.records)
+
+    def on(self, records: Sequence[Record]) -> JointModel:
+        """The same model on other records: held-out ones, or a part."""
+        return JointModel(self.layout, records, self.effects)
+
+    def with_effects(self, effects: Effects) -> JointModel:
+        """The same base on the same records with other effects; weights stay."""
+        model = JointModel(self.layout, self.records, effects)
+        model.weights, model.noise_n = self.weights, self.noise_n
+        return model
 
     @property
     def size(self) -> int:
-        """How many parameters there are."""
-        return self.layout.size
+        """How many parameters there are, the effects' last."""
+        return self.layout.size + self.effects.size
+
+    def pack(self, tables: Tables, values: Mapping[str, Sequence[float]] | None = None) -> Array:
+        """The vector of tables and effect parameters (SI); those not named are typical."""
+        return np.concatenate([self.layout.pack(tables), self.effects.pack(values or {})])
+
+    def tables(self, theta: Array) -> Tables:
+        """The base model's values."""
+        return self.layout.unpack(theta[: self.layout.size])
+
+    def effect_values(self, theta: Array) -> dict[str, Vector]:
+        """Each effect's parameters in SI units."""
+        return self.effects.unpack(theta[self.layout.size :])
+
+    def neutral(self) -> Array:
+        """What all parameters are taken to be where nothing is measured."""
+        values = {effect.name: effect.neutral for effect in self.effects.chosen}
+        return np.concatenate([neutral(self.layout), self.effects.pack(values)])
 
     def factor(self, record: Record) -> int:
         """Samples of a record that are averaged before they are weighed."""
@@ -62,15 +110,28 @@ class JointModel:
 
     def predict(self, theta: Array) -> list[Array]:
         """Force in N of each record."""
-        tables = self.layout.unpack(theta)
-        return [base.force(x, tables) for x in self.inputs]
+        tables = self.tables(theta)
+        if not self.effects.size:
+            return [base.force(x, tables) for x in self.inputs]
+        settings = self.effects.settings(theta[self.layout.size :])
+        for k, run in enumerate(self._runs):
+            self._traces[k] = effects_fit.traced(run, self.layout, tables, settings, self._traces[k])
+        return [t.force_n for t in self._traces if t is not None]
+
+    def errors(self, theta: Array) -> list[Array]:
+        """Measured less predicted force in N of each record, every sample."""
+        return [r.force_n - y for r, y in zip(self.records, self.predict(theta), strict=True)]
 
     def residuals(self, theta: Array) -> list[Array]:
-        """Measured less predicted force in N at the weighing rate, a start of unknown past left out."""
+        """The errors at the weighing rate, a start of unknown past left out."""
         return [
-            base.averaged(r.force_n - y, self.factor(r))[self.settle_blocks(theta, r) :]
-            for r, y in zip(self.records, self.predict(theta), strict=True)
+            base.averaged(e, self.factor(r))[self.settle_blocks(theta, r) :]
+            for r, e in zip(self.records, self.errors(theta), strict=True)
         ]
+
+    def rmse_n(self, theta: Array) -> float:
+        """Pooled RMS error in N over every sample: on held-out records, the proof."""
+        return float(np.sqrt(np.mean(np.concatenate(self.errors(theta)) ** 2)))
 
     def cost(self, theta: Array) -> float:
         """Half the weighted square sum."""
@@ -78,25 +139,37 @@ class JointModel:
             sum(w * float(r @ r) for w, r in zip(self.weights, self.residuals(theta), strict=True))
         )
 
-    def normal(self, theta: Array) -> Normal:
-        """Weighted normal equations, record by record."""
-        tables = self.layout.unpack(theta)
-        matrix, right, cost = np.zeros((self.size, self.size)), np.zeros(self.size), 0.0
-        for record, inputs, weight in zip(self.records, self.inputs, self.weights, strict=True):
+    def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:
+        """Record by record: residual (n) and the force's slopes (m, n) by the parameters it sees."""
+        tables = self.tables(theta)
+        for k, record in enumerate(self.records):
             factor = self.factor(record)
-            line = base.linearise(inputs, self.layout, tables, factor)
+            if self.effects.size:
+                at = theta[self.layout.size :]
+                trace, rows = effects_fit.linearise(
+                    self._runs[k], self.layout, tables, self.effects, at, factor, self._traces[k]
+                )
+                self._traces[k] = trace
+                force = trace.force_n
+            else:
+                force, rows = base.linearise(self.inputs[k], self.layout, tables, factor)
             skip = self.settle_blocks(theta, record)
-            rest = base.averaged(record.force_n - line.force_n, factor)[skip:]
-            rows = line.jacobian[:, skip:]
-            matrix[np.ix_(line.index, line.index)] += weight * (rows @ rows.T)
-            right[line.index] += weight * (rows @ rest)
+            rest = base.averaged(record.force_n - force, factor)[skip:]
+            yield rest, replace(rows, values=rows.values[:, skip:])
+
+    def normal(self, theta: Array) -> Normal:
+        """Weighted normal equations, record by record, so that memory does not grow with the data."""
+        matrix, right, cost = np.zeros((self.size, self.size)), np.zeros(self.size), 0.0
+        for weight, (rest, rows) in zip(self.weights, self.jacobians(theta), strict=True):
+            matrix[np.ix_(rows.index, rows.index)] += weight * (rows.values @ rows.values.T)
+            right[rows.index] += weight * (rows.values @ rest)
             cost += 0.5 * weight * float(rest @ rest)
         return Normal(matrix, right, cost)
 
     def bounds(self, *, minimum_phase: bool = False) -> tuple[Array, Array]:
         """Bounds of each parameter: f rises, g has the velocity's sign, poles are within reach."""
         layout, parts = self.layout, self.layout.parts
-        lower, upper = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
         steps = np.diff(layout.current_a, prepend=layout.current_a[0] - 1.0)
         lower[parts["f"]] = 1e-4 * steps
         sign = np.sign(layout.velocity_m_s[layout.free_g])
@@ -108,16 +181,32 @@ class JointModel:
             low, high = float(layout.current_a[0]), float(layout.current_a[-1])
             lower[parts["blend"]], upper[parts["blend"]] = low, high
         order = layout.order
-        top = 0.8 * max(r.rate_hz for r in self.records) * np.pi / hysteresis.UNIT_RAD_S
-        bottom = 0.02  # 0.2 Hz
+        top = FASTEST_POLE * max(r.rate_hz for r in self.records)
         poles = np.arange(parts["filter"].start, parts["filter"].start + order)
-        lower[poles], upper[poles] = np.log(bottom), np.log(top)
+        lower[poles], upper[poles] = np.log(SLOWEST_POLE), np.log(top)
         if order >= 2:
-            lower[poles[-1]], upper[poles[-1]] = 2 * np.log(bottom), 2 * np.log(top)
+            lower[poles[-1]], upper[poles[-1]] = 2 * np.log(SLOWEST_POLE), 2 * np.log(top)
             upper[poles[-2]] = np.log(2 * top)
         if minimum_phase:
             lower[parts["filter"].stop - order : parts["filter"].stop] = 0.0
-        return lower, upper
+        own_lower, own_upper = self.effects.bounds()
+        return np.concatenate([lower, own_lower]), np.concatenate([upper, own_upper])
+
+    def free(self) -> NDArray[np.bool_]:
+        """Which parameters a fit moves unless told otherwise: all but the effects' held ones."""
+        return np.concatenate([np.ones(self.layout.size, dtype=bool), self.effects.free()])
+
+    def penalties(self) -> list[Penalty]:
+        """Smooth tables, and a weak pull to neutral that only decides what no data does."""
+        found = [
+            replace(p, rows=np.pad(p.rows, ((0, 0), (0, self.effects.size))))
+            for p in base_penalties(self.layout, neutral(self.layout))
+        ]
+        if self.effects.size:
+            rows = np.zeros((self.effects.size, self.size))
+            rows[:, self.layout.size :] = np.eye(self.effects.size) / EFFECT_SPREAD
+            found.append(Penalty("effects", rows, rows @ self.neutral(), 1.0, adapts=False))
+        return found
 
     def reweigh(self, theta: Array, *, each: bool = False) -> None:
         """Take the noise from what is left over at theta: one for all, or each record's with its colour.
@@ -140,20 +229,27 @@ class JointModel:
         self,
         theta: Array,
         *,
-        penalties: list[Penalty] | None = None,
+        penalties: Sequence[Penalty] | None = None,
         free: NDArray[np.bool_] | None = None,
         rounds: int = 4,
         iterations: int = 8,
         tolerance: float = 0.0,
         minimum_phase: bool = False,
+        on_round: Callable[[int, int], None] | None = None,
     ) -> JointFit:
-        """Rounds of fit, then evidence for the penalties' and the records' weights."""
-        penalties = base_penalties(self.layout, neutral(self.layout)) if penalties is None else penalties
+        """Fit from theta, in rounds: between them the evidence sets the penalties' and records' weights.
+
+        free: which parameters move. tolerance: share of the cost that a step must win for another one.
+        With one round, weights stay as they are: fits so made can be compared by their cost.
+        """
+        penalties = self.penalties() if penalties is None else list(penalties)
+        free = self.free() if free is None else free
         lower, upper = self.bounds(minimum_phase=minimum_phase)
         solution = None
         for number in range(rounds):
             if number:
                 self.reweigh(theta, each=True)
+            least = 0.1 if number == rounds - 1 else 0.5
             solution = solve(
                 self.normal,
                 self.cost,
@@ -163,20 +259,22 @@ class JointModel:
                 penalties,
                 free=free,
                 iterations=iterations,
-                tolerance=max(0.1 if number == rounds - 1 else 0.5, tolerance * self.cost(theta)),
+                tolerance=max(least, tolerance * self.cost(theta)) if tolerance else least,
             )
             theta = solution.theta
             if number < rounds - 1:
                 spread = covariance(solution.normal, penalties, solution.held)
                 penalties = [p.reweighed(theta, spread) for p in penalties]
+            if on_round is not None:
+                on_round(number + 1, rounds)
         if solution is None:
             raise ValueError("a fit takes at least one round")
-        return JointFit(self, solution, penalties)
+        return JointFit(self, solution, list(penalties))
 
 
 @dataclass
 class JointFit:
-    """A fitted joint model."""
+    """A fitted joint model: its vector, how the fit stopped, and the penalties in force."""
 
     model: JointModel
     solution: Solution
@@ -190,7 +288,44 @@ class JointFit:
     @property
     def tables(self) -> Tables:
         """The base model's values."""
-        return self.model.layout.unpack(self.theta)
+        return self.model.tables(self.theta)
+
+    @property
+    def effect_values(self) -> dict[str, Vector]:
+        """Each effect's parameters in SI units."""
+        return self.model.effect_values(self.theta)
+
+    def covariance(self) -> Array:
+        """Covariance of the vector under coloured noise; 0 for what was held.
+
+        The residual's colour is an autoregressive model, record by record; the spread is then
+        V (J' W S W J + P) V, with V the inverse of J' W J + P and P the penalties.
+        """
+        model, theta = self.model, self.theta
+        size = model.size
+        bread, meat = np.zeros((size, size)), np.zeros((size, size))
+        for weight, (rest, rows) in zip(model.weights, model.jacobians(theta), strict=True):
+            at = np.ix_(rows.index, rows.index)
+            bread[at] += weight * (rows.values @ rows.values.T)
+            meat[at] += weight**2 * coloured_gram(rows.values, rest)
+        normal = Normal(bread, np.zeros(size), 0.0)
+        inverse = covariance(normal, self.penalties, self.solution.held)
+        prior = np.asarray(sum(p.weight * p.gram for p in self.penalties), dtype=np.float64)
+        return np.asarray(inverse @ (meat + prior) @ inverse, dtype=np.float64)
+
+    def effect_std(self, covariance: Array | None = None) -> dict[str, Vector]:
+        """Standard deviation of each effect's parameters in SI units."""
+        spread = np.sqrt(np.maximum(np.diag(self.covariance() if covariance is None else covariance), 0.0))
+        own = spread[self.model.layout.size :]
+        values: dict[str, Vector] = {}
+        at = 0
+        for effect in self.model.effects.chosen:
+            part = own[at : at + len(effect.parameters)]
+            values[effect.name] = tuple(
+                float(s * p.step_scale) for s, p in zip(part, effect.parameters, strict=True)
+            )
+            at += len(effect.parameters)
+        return values
 
 
 def neutral(layout: Layout) -> Array:

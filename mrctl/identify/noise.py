@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 
@@ -35,3 +36,33 @@ def record_noise(residuals: list[Array], floor_n: float) -> Array:
     rms = np.array([float(np.sqrt(np.mean(r * r))) for r in residuals])
     floor = max(LEAST_SHARE * float(np.median(rms)), floor_n)
     return np.asarray(np.maximum(rms, floor), dtype=np.float64)
+
+
+def autoregression(residual: Array, largest: int = 12) -> tuple[Array, float]:
+    """(a, variance): the model a(z) r = white noise of that variance; its order by BIC (Levinson-Durbin)."""
+    n = residual.size
+    centred = residual - residual.mean()
+    largest = min(largest, n // 10)
+    c = np.array([float(centred[: n - k] @ centred[k:]) / n for k in range(largest + 1)])
+    if c[0] <= 0.0:
+        return np.ones(1), 0.0
+    a, variance = np.ones(1), float(c[0])
+    best, best_score = (a, variance), n * np.log(variance)
+    for order in range(1, largest + 1):
+        reflection = -float(a @ c[order - np.arange(order)]) / variance
+        longer = np.append(a, 0.0)
+        a = longer + reflection * longer[::-1]
+        variance *= 1.0 - reflection * reflection
+        score = n * np.log(max(variance, 1e-300)) + order * np.log(n)
+        if score < best_score:
+            best, best_score = (a, variance), score
+    return best
+
+
+def coloured_gram(rows: Array, residual: Array) -> Array:
+    """The product rows S rows' (m, m), with S the covariance of noise coloured as the residual (n) is; rows (m, n)."""
+    a, variance = autoregression(residual)
+    if a.size == 1:
+        return np.asarray(variance * (rows @ rows.T), dtype=np.float64)
+    shaped = lfilter([1.0], a, rows[:, ::-1], axis=-1)
+    return np.asarray(variance * (shaped @ shaped.T), dtype=np.float64)

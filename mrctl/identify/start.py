@@ -120,9 +120,9 @@ def _increasing_f(model: JointModel, t: Tables) -> Array:
     matrix, right = np.zeros((count, count)), np.zeros(count)
     for record, inputs in zip(model.records, model.inputs, strict=True):
         factor = model.factor(record)
-        line = base.linearise(inputs, layout, t, factor)
+        _, line = base.linearise(inputs, layout, t, factor)
         keep = line.index < part.stop
-        rows, at = line.jacobian[keep], line.index[keep]
+        rows, at = line.values[keep], line.index[keep]
         matrix[np.ix_(at, at)] += rows @ rows.T / rows.shape[1]
         right[at] += rows @ base.averaged(record.force_n, factor) / rows.shape[1]
     ridge = 1e-4 * np.trace(matrix) / count

@@ -1,0 +1,236 @@
+"""Effects beside the base model in one fit: how each record's force, and its slopes, go through them.
+
+The base model's slopes are analytic up to the static force and are then pushed through whatever stages
+follow it; the effects' own slopes are differences of the compiled simulation, which repeats only the
+stages behind the parameter that moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify import base, hysteresis
+from mrctl.identify.layout import Layout, Tables
+from mrctl.identify.records import Record
+from mrctl.model.damper import Damper, Span
+from mrctl.model.effects.base import Effect, Parameter, Settings, Stage, Vector
+from mrctl.model.filters import Filter
+from mrctl.model.static import static_tables
+from mrctl.simulate import Run, Trace, stages, trace
+
+Array = NDArray[np.float64]
+
+SLOPE_STEP = 1e-4  # of a parameter's scale
+PUSH = 1e-4  # of the static force's size, when a slope is pushed through a stage by a difference
+
+
+@dataclass(frozen=True)
+class Effects:
+    """The effects of a joint model, and where their parameters stand: scaled to steps that matter."""
+
+    chosen: tuple[Effect, ...]
+
+    @property
+    def parameters(self) -> list[tuple[Effect, Parameter]]:
+        """All parameters with their effect, in the vector's order."""
+        return [(effect, p) for effect in self.chosen for p in effect.parameters]
+
+    @property
+    def size(self) -> int:
+        """How many parameters there are."""
+        return len(self.parameters)
+
+    def pack(self, values: Mapping[str, Sequence[float]]) -> Array:
+        """The scaled vector of each effect's parameters; those not named are typical."""
+        return np.array(
+            [
+                x / p.step_scale
+                for effect in self.chosen
+                for x, p in zip(values.get(effect.name, effect.typical), effect.parameters, strict=True)
+            ]
+        )
+
+    def unpack(self, theta: Array) -> dict[str, Vector]:
+        """Each effect's parameters in SI units, within their bounds whatever rounding did."""
+        values: dict[str, Vector] = {}
+        at = 0
+        for effect in self.chosen:
+            part = theta[at : at + len(effect.parameters)]
+            values[effect.name] = tuple(
+                float(min(max(x * p.step_scale, p.low), p.high))
+                for x, p in zip(part, effect.parameters, strict=True)
+            )
+            at += len(effect.parameters)
+        return values
+
+    def settings(self, theta: Array) -> Settings:
+        """What the simulation takes."""
+        values = self.unpack(theta)
+        return {
+            stage: [(e, values[e.name]) for e in sorted(self.chosen, key=_rank) if e.stage is stage]
+            for stage in Stage
+        }
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the scaled vector: the effects' own."""
+        known = [p for _, p in self.parameters]
+        return (
+            np.array([p.low / p.step_scale for p in known]),
+            np.array([p.high / p.step_scale for p in known]),
+        )
+
+    def free(self) -> NDArray[np.bool_]:
+        """Which parameters a fit moves unless told otherwise."""
+        return np.array([not p.held for _, p in self.parameters], dtype=bool)
+
+
+def _rank(effect: Effect) -> tuple[int, str]:
+    return effect.rank, effect.name
+
+
+def simulation_run(record: Record) -> Run:
+    """The record as the simulation takes it."""
+    return Run.of(
+        1.0 / record.rate_hz,
+        record.velocity_m_s,
+        record.current_a,
+        record.temperature_c,
+        record.displacement_m,
+        record.acceleration_m_s2,
+    )
+
+
+def bare_damper(layout: Layout, t: Tables, rate_hz: float) -> Damper:
+    """What the forward simulation needs: tables and the filter at a rate, no limits, no inverse."""
+    g = np.where(layout.velocity_m_s == 0.0, 0.0, t.g)
+    static = static_tables(
+        layout.current_a.tolist(),
+        t.f.tolist(),
+        layout.velocity_m_s.tolist(),
+        g.tolist(),
+        layout.temperature_c.tolist(),
+        t.h_off.tolist(),
+        t.h_on.tolist(),
+        t.off_below_a,
+        t.on_above_a,
+    )
+    none = Filter.of(rate_hz, (1.0,), (1.0,))
+    everywhere = Span(-np.inf, np.inf)
+    forward = hysteresis.as_filter(t.filter, rate_hz)
+    return Damper(static, forward, none, None, np.inf, np.inf, everywhere, everywhere, everywhere)
+
+
+def traced(run: Run, layout: Layout, t: Tables, settings: Settings, like: Trace | None) -> Trace:
+    """The run through tables, filter and effects."""
+    return trace(run, bare_damper(layout, t, 1.0 / run.dt_s), settings=settings, like=like)
+
+
+def linearise(
+    run: Run, layout: Layout, t: Tables, effects: Effects, theta: Array, factor: int, like: Trace | None
+) -> tuple[Trace, base.Rows]:
+    """The run's trace, and the force's slopes by all parameters, averaged over `factor` samples."""
+    settings = effects.settings(theta)
+    here = traced(run, layout, t, settings, like)
+    rate = 1.0 / run.dt_s
+    inputs = base.Inputs.of(layout, rate, here.velocity_m_s, here.current_a, here.temperature_c)
+    gain = np.ones(run.size)
+    for by in here.factors.values():
+        gain = gain * by
+    static = base.static_rows(inputs, layout, t, factor, gain)
+    coarse_rate, dt = rate / factor, factor * run.dt_s
+
+    def mean(x: Array) -> Array:
+        return np.ascontiguousarray(base.averaged(x, factor))
+
+    u, v, x, level = (
+        mean(here.static_n),
+        mean(here.velocity_m_s),
+        mean(here.displacement_m),
+        mean(here.level_n),
+    )
+    rows = static.static
+    if settings[Stage.YIELD]:
+        rows = _pushed(
+            rows,
+            static.level,
+            u,
+            level,
+            lambda f, lev: stages.yielding(settings[Stage.YIELD], f, v, x, lev, dt),
+        )
+    rows = hysteresis.filtered(*hysteresis.discretise(t.filter, coarse_rate), rows)
+    dealt = base.with_filter_rows(
+        static.dealt(rows), layout, t, coarse_rate, mean(here.yielded_n), mean(here.filtered_n)
+    )
+    values = dealt.values
+    if settings[Stage.LIMIT] or settings[Stage.OUTPUT]:
+
+        def after(force: Array, _: Array) -> Array:
+            limited = stages.limited(settings[Stage.LIMIT], force, v, x, dt)
+            return stages.measured(settings[Stage.OUTPUT], limited, dt)
+
+        total = mean(here.sum_n)
+        values = _pushed(values, np.zeros((0, 0)), total, total, after)
+    if settings[Stage.MOTION]:
+        values = _differences(run, layout, t, settings, here, factor, dealt.index)
+    own = _own_slopes(run, layout, t, effects, theta, here, factor)
+    return here, base.Rows(
+        np.concatenate([values, own]),
+        np.concatenate([dealt.index, layout.size + np.arange(effects.size)]),
+    )
+
+
+def _differences(
+    run: Run,
+    layout: Layout,
+    t: Tables,
+    settings: Settings,
+    here: Trace,
+    factor: int,
+    index: NDArray[np.intp],
+) -> Array:
+    """The base's slopes as differences of the simulation: where the motion hangs on the tables."""
+    theta = layout.pack(t)
+    rows = np.zeros((index.size, run.size // factor))
+    for row, k in zip(rows, index, strict=True):
+        moved = theta.copy()
+        moved[k] += SLOPE_STEP
+        there = traced(run, layout, layout.unpack(moved), settings, here)
+        row[:] = base.averaged(there.force_n - here.force_n, factor) / SLOPE_STEP
+    return rows
+
+
+def _pushed(
+    rows: Array, level_rows: Array, at: Array, level: Array, stage: Callable[[Array, Array], Array]
+) -> Array:
+    """Each slope sent through a stage: what the stage gives beside the point, less what it gives there."""
+    here = stage(at, level)
+    size = float(np.sqrt(np.mean(at * at))) or 1.0
+    out = np.empty_like(rows)
+    for k, row in enumerate(rows):
+        steepness = float(np.abs(row).max())
+        if steepness == 0.0:
+            out[k] = 0.0
+            continue
+        small = PUSH * size / steepness
+        beside = level + small * level_rows[k] if k < level_rows.shape[0] else level
+        out[k] = (stage(at + small * row, beside) - here) / small
+    return out
+
+
+def _own_slopes(
+    run: Run, layout: Layout, t: Tables, effects: Effects, theta: Array, here: Trace, factor: int
+) -> Array:
+    """Differences of the force by each effect parameter, away from the nearer bound."""
+    _, upper = effects.bounds()
+    rows = np.zeros((effects.size, run.size // factor))
+    for k in range(effects.size):
+        small = SLOPE_STEP if theta[k] + SLOPE_STEP <= upper[k] else -SLOPE_STEP
+        moved = theta.copy()
+        moved[k] += small
+        there = traced(run, layout, t, effects.settings(moved), here)
+        rows[k] = base.averaged(there.force_n - here.force_n, factor) / small
+    return rows
