@@ -275,7 +275,7 @@ def samples(tmp_path_factory):
 
 
 @pytest.mark.filterwarnings("error")
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.integers(0, 6),
     st.floats(0, 1),
