@@ -23,9 +23,15 @@ COMMANDS = {
     "check": "say whether a calibration, configuration or DBC is sound",
     "predict": "add the model's force to a measured run",
     "invert": "add the current that makes a run's force",
+    "effects": "physical effects beyond the separable model: equations, parameters, how each is undone",
+    "dyno": "measure a virtual damper by the published protocol and others",
     "bench": "benchmarks against a peer in the same run",
     "safe-frame": "put a last 0 A command on the bus, for service managers",
 }
+
+
+# What the extra `desk` brings, and a plain installation does without.
+DESK = {"scipy", "numba", "matplotlib", "asammdf"}
 
 
 class Command(Protocol):
@@ -79,6 +85,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         for line in lines:
             print(f"error: {line}", file=sys.stderr)
         return error.exit_status
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] not in DESK:
+            raise
+        line = f"error: {error.name} is not installed; this needs the desk: pip install 'mrctl[desk]'"
+        print(line, file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:  # the reader, `head` perhaps, has had enough
