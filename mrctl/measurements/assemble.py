@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,7 @@ class RawRun:
     """What a reader found: channels by `Run` attribute in SI units, and their lines in the file.
 
     Without `time_s`, `rate_hz` gives the clock. `hint` completes the mend where a channel is missing.
+    `problems` are those that the reader found already: they are raised together with what is found here.
     """
 
     name: str
@@ -37,6 +39,7 @@ class RawRun:
     notes: list[str] = field(default_factory=list)
     declared: frozenset[str] = frozenset()
     hint: str = ""
+    problems: Sequence[Problem] = ()
 
     def row(self, index: int) -> int:
         """The line of a sample; its number from 1 where the file has no lines."""
@@ -46,7 +49,7 @@ class RawRun:
 def assemble(raw: RawRun, *, need_force: bool = True, need_current: bool = True) -> Run:
     """The run behind raw channels. InputError with all that forbids one: missing, not finite, clock, size."""
     file = str(raw.file)
-    problems = _missing(raw, need_force=need_force, need_current=need_current)
+    problems = [*raw.problems, *_missing(raw, need_force=need_force, need_current=need_current)]
     count = max((len(values) for values in raw.channels.values()), default=0)
     if not problems and count < MIN_ROWS:
         what = (

@@ -33,10 +33,10 @@ def read_plain_csv(path: Path, data: bytes, name: str) -> RawRun:
     if unused:
         notes.append(f"columns not used: {', '.join(unused)}")
     hint = _hint(unused)
-    if problems:
-        raise InputError(problems)
     channels = {attribute: values[:, index].copy() for index, attribute in enumerate(places)}
-    return RawRun(name, path, channels, table.lines, notes=[*table.notes, *notes], hint=hint)
+    return RawRun(
+        name, path, channels, table.lines, notes=[*table.notes, *notes], hint=hint, problems=problems
+    )
 
 
 def _places(table: Table, names: tuple[str, ...]) -> tuple[dict[str, int], list[str]]:

@@ -92,7 +92,7 @@ class Table:
         first = len(self.cells(self.rows[0]))
         width = len(self.names) if self.names is not None else first
         least = max(wanted) + 1
-        values = np.full((len(self.rows), len(wanted)), np.nan)
+        values = np.zeros((len(self.rows), len(wanted)))  # a bad cell stays 0: it is complained of once
         complaints = _Complaints(self)
         for index, row in enumerate(self.rows):
             cells = self.cells(row)

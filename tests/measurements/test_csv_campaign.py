@@ -131,10 +131,18 @@ def test_all_problems_of_all_files_are_said_at_once(tmp_path):
         lines[14] = lines[14].replace("30", "warm")
         (tmp_path / f"{name}.csv").write_text("\n".join(lines))
     text = complaint(tmp_path)
-    assert len(text.splitlines()) == 4
+    assert len(text.splitlines()) == 6
     for name in ("a", "b"):
         assert f"{name}.csv:6: the row has 3 cells where 5 are due" in text
+        assert f"{name}.csv:10: force_N is NaN" in text
         assert f"{name}.csv:13: temperature_C is not a number: 'warm' (and so in 1 more rows)" in text
+
+
+def test_a_bad_cell_does_not_hide_a_missing_column(tmp_path):
+    (tmp_path / "r.csv").write_text("time_s,velocity_m_s\n1,x\n")
+    lines = complaint(tmp_path).splitlines()
+    assert "r.csv:2: velocity_m_s is not a number: 'x'" in lines[0]
+    assert "columns are missing: current_A, temperature_C, force_N" in lines[1]
 
 
 def test_time_stamps_with_jitter_are_taken_as_they_are(tmp_path):
