@@ -9,12 +9,13 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
+from mrctl.can.frames import State
 from mrctl.can.ports import Port, open_port
 from mrctl.config import Config
 from mrctl.runtime.build import plan_of
 from mrctl.runtime.loop import Loop
 from mrctl.runtime.notify import Notifier
-from mrctl.runtime.tick import Tick
+from mrctl.runtime.tick import StateChange, Tick
 
 # Reports to the service manager for each time-out of its watchdog: one may be lost.
 REPORTS_PER_WATCHDOG = 4
@@ -70,7 +71,7 @@ class Daemon:
                 law=config.control.law,
                 current_map=config.control.current_map,
                 dampers=list(config.dampers),
-                calibrations={name: c.name for name, c in config.calibrations.items()},
+                calibrations=sorted({c.name for c in config.calibrations.values()}),
             )
             self._notifier.tell("READY=1", f"STATUS=running on {config.bus.channel}")
             ends = None if duration_s is None else time.monotonic() + duration_s
@@ -119,20 +120,27 @@ class Daemon:
             self._notifier.tell("WATCHDOG=1")
         changes = self._tick.changes
         if changes:
-            for change in changes:
-                self._log.info(
-                    "state",
-                    damper=change.damper,
-                    before=change.before.name,
-                    after=change.after.name,
-                    cause=change.cause,
-                    tick=change.tick,
-                )
+            self._say_changes(changes)
             changes.clear()
         for event in self._port.take_events():
             self._log.warning(event.kind, detail=event.detail)
         if ticks % self._status_every == 0:
             self._say_status()
+
+    def _say_changes(self, changes: list[StateChange]) -> None:
+        """One line for all dampers that went the same way for the same cause."""
+        together: dict[tuple[State, State, str], list[StateChange]] = {}
+        for change in changes:
+            together.setdefault((change.before, change.after, change.cause), []).append(change)
+        for (before, after, cause), same in together.items():
+            self._log.info(
+                "state",
+                before=before.name,
+                after=after.name,
+                cause=cause,
+                dampers=[change.damper for change in same],
+                tick=same[-1].tick,
+            )
 
     def _say_status(self) -> None:
         states = ", ".join(

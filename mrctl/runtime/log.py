@@ -67,7 +67,7 @@ def make_logger(level: str = "info", stream: TextIO | None = None) -> Any:  # no
 
     readable = stream.isatty()
     renderer = (
-        structlog.dev.ConsoleRenderer(colors="NO_COLOR" not in os.environ)
+        structlog.dev.ConsoleRenderer(colors="NO_COLOR" not in os.environ, pad_event_to=12, sort_keys=False)
         if readable
         else structlog.processors.JSONRenderer(sort_keys=False)
     )
