@@ -13,7 +13,9 @@ from mrctl.model.baselines.linear import LinearMap
 from mrctl.model.baselines.liu import LiuMap
 from mrctl.model.baselines.reader import LEAD_RATIO, ReaderInverse
 from mrctl.model.damper import Damper
+from mrctl.model.effects.registry import of_damper
 from mrctl.model.inverse import InverseModel
+from mrctl.model.pipeline import InversePipeline, needs
 from mrctl.model.static_inverse import Reach
 
 
@@ -42,7 +44,15 @@ class CurrentMapKind:
 
 
 def _inverse(damper: Damper, dt_s: float, parameters: Mapping[str, float]) -> CurrentMap:  # noqa: ARG001  # has none
-    return InverseModel(damper, dt_s)
+    return InversePipeline(damper, dt_s) if damper.effects else InverseModel(damper, dt_s)
+
+
+def signals_of_effects(damper: Damper) -> frozenset[str]:
+    """What the effects of a damper must be told beyond velocity, current and temperature.
+
+    Displacement or nothing: acceleration is differenced from the velocity where none is measured.
+    """
+    return frozenset({"displacement"} & needs(of_damper(damper)))
 
 
 CURRENT_MAPS: dict[str, CurrentMapKind] = {

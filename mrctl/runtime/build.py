@@ -8,7 +8,8 @@ from mrctl.can.frames import HEALTH_SIGNALS, STATE_SIGNALS
 from mrctl.can.specs import FrameSpec
 from mrctl.config import Config
 from mrctl.control.laws import LAWS, make_law
-from mrctl.control.maps import make_current_map
+from mrctl.control.maps import make_current_map, signals_of_effects
+from mrctl.errors import InputError
 from mrctl.model.damper import Damper
 from mrctl.runtime.channel import ChannelRules
 from mrctl.runtime.corner import CornerPlan
@@ -83,6 +84,8 @@ def input_signals(config: Config) -> list[tuple[FrameSpec, list[Users]]]:
 def damper_needs(config: Config, name: str) -> frozenset[str]:
     """The roles of the signals without which a damper is not ACTIVE."""
     needs = {"relative_velocity", "temperature", *LAWS[config.control.law].needs}
+    if config.control.current_map == "inverse":
+        needs |= signals_of_effects(config.calibrations[name].damper)
     if "body_velocity" in needs and "body_velocity" not in config.dampers[name].signals:
         needs.remove("body_velocity")
         needs.add("body_acceleration")
@@ -93,6 +96,13 @@ def _corner(config: Config, name: str) -> CornerPlan:
     control, safety = config.control, config.safety
     damper: Damper = config.calibrations[name].damper
     needs = damper_needs(config, name)
+    missing = sorted(needs - set(config.dampers[name].signals))
+    if missing:
+        raise InputError.at(
+            config.path,
+            f"damper {name} has no signal for {', '.join(missing)}, which its law or its effects need",
+            "name one below signals",
+        )
     return CornerPlan(
         name=name,
         law=make_law(control.law, control.parameters),

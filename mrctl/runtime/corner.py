@@ -23,6 +23,7 @@ from mrctl.control.base import ForceLaw, Motion
 from mrctl.control.body_velocity import BodyVelocityEstimator
 from mrctl.control.maps import CurrentMap
 from mrctl.model.damper import Span
+from mrctl.model.pipeline import InversePipeline
 from mrctl.model.static_inverse import WITHIN
 from mrctl.runtime.channel import Channel, Fault
 
@@ -71,6 +72,7 @@ class Corner:
         "_asked_by_law",
         "_body",
         "_coldest_c",
+        "_command",
         "_displacement",
         "_estimator",
         "_hottest_c",
@@ -120,7 +122,11 @@ class Corner:
                 Anticipation(plan.anticipation_s, dt_s),
             )
         self._law, self._substitute_law = plan.law, plan.substitute_law
-        self._map = plan.make_map(dt_s)
+        self._map = current_map = plan.make_map(dt_s)
+        self._command: Callable[[float, float, float], float] = current_map.step
+        if isinstance(current_map, InversePipeline):  # a damper with effects, some of which want its stroke
+            stroke, with_stroke = self._displacement, current_map.step
+            self._command = lambda wish, v, temperature: with_stroke(wish, v, temperature, stroke.value)
         self._slew_step = plan.slew_a_s * dt_s
         self._off_step = min(self._slew_step, plan.current_max_a * dt_s / plan.off_ramp_s)
         self._limp_a = plan.limp_current_a
@@ -191,9 +197,9 @@ class Corner:
             current_map.reset(wish, self.current_a)
             self._running = True
             periods = 1
-        wanted = current_map.step(wish, velocity, temperature)
+        wanted = self._command(wish, velocity, temperature)
         for _ in range(periods - 1):  # skipped periods too, so that the filters stay in step with time
-            wanted = current_map.step(wish, velocity, temperature)
+            wanted = self._command(wish, velocity, temperature)
         self.wish_n = wish
         self.saturated = current_map.reach is not WITHIN
         self.clamped = not self._coldest_c <= temperature <= self._hottest_c
