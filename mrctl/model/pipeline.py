@@ -10,114 +10,18 @@ sample's delay is the price.
 
 from __future__ import annotations
 
-from typing import Any
-
 from mrctl.model.damper import Damper
-from mrctl.model.effects.base import Effect, Settings, Stage, Vector
+from mrctl.model.effects.base import Settings
 from mrctl.model.effects.registry import of_damper
 from mrctl.model.filters import iir_step, settled_state
 from mrctl.model.inverse import InverseModel
-from mrctl.model.static import StaticTables, force_level
+from mrctl.model.running import Acceleration, Stages
+from mrctl.model.static import force_level
 from mrctl.model.tables import interpolate
 
 # Factors that depend on the current are divided by again and again until they agree with it.
 FACTOR_ROUNDS = 8
 FACTOR_TOLERANCE = 1e-4
-
-
-class _Running:
-    """One effect at work: its step, parameters and state; the state is made at the first sample."""
-
-    __slots__ = ("_effect", "_state", "p", "step", "undo")
-
-    def __init__(self, effect: Effect, p: Vector) -> None:
-        self._effect = effect
-        self._state: list[float] | None = None
-        self.p = p
-        self.step = effect.step
-        self.undo = effect.undo
-
-    def state(self, *first: Any) -> list[float]:  # noqa: ANN401 - as the stage's step
-        """The state, begun with the step's arguments after the state where there is none yet."""
-        if self._state is None:
-            self._state = self._effect.initial(self.p, *first)
-        return self._state
-
-    def next(self, *inputs: Any) -> Any:  # noqa: ANN401 - as the stage's step
-        """The step's result; the state goes on."""
-        return self.step(self.p, self.state(*inputs), *inputs)
-
-    def peek(self, *inputs: Any) -> Any:  # noqa: ANN401 - as the stage's step
-        """The step's result; the state stays."""
-        return self.step(self.p, list(self.state(*inputs)), *inputs)
-
-    def input_for(self, *wanted: Any) -> float:  # noqa: ANN401 - as the stage's step
-        """The input that makes the wanted output, first of the arguments, or comes nearest."""
-        if self.undo is None:
-            return float(wanted[0])
-        return float(self.undo(self.p, self.state(*wanted), *wanted))
-
-    def restart(self) -> None:
-        """Begin anew at the next sample."""
-        self._state = None
-
-
-class _Stages:
-    """All effects of one damper at work, by stage."""
-
-    __slots__ = (
-        "additive",
-        "current",
-        "everything",
-        "factor",
-        "limit",
-        "motion",
-        "output",
-        "temperature",
-        "yielding",
-    )
-
-    def __init__(self, chosen: Settings) -> None:
-        by = {stage: tuple(_Running(*pair) for pair in chosen.get(stage, ())) for stage in Stage}
-        self.current = by[Stage.CURRENT]
-        self.temperature = by[Stage.TEMPERATURE]
-        self.motion = by[Stage.MOTION]
-        self.factor = by[Stage.FACTOR]
-        self.yielding = by[Stage.YIELD]
-        self.additive = by[Stage.ADDITIVE]
-        self.limit = by[Stage.LIMIT]
-        self.output = by[Stage.OUTPUT]
-        self.everything = tuple(one for effects in by.values() for one in effects)
-
-    def restart(self) -> None:
-        for one in self.everything:
-            one.restart()
-
-    def fluid_and_piston(
-        self, v: float, x: float, current_a: float, temperature_c: float, t: StaticTables, dt_s: float
-    ) -> tuple[float, float, float]:
-        """The fluid's temperature, the piston's velocity and its displacement."""
-        for one in self.temperature:
-            temperature_c = one.next(temperature_c, v, current_a, t, dt_s)
-        for one in self.motion:
-            v, x = one.next(v, x, current_a, temperature_c, t, dt_s)
-        return temperature_c, v, x
-
-
-class _Acceleration:
-    """Velocity differenced backwards, where no acceleration is measured; 0 at the first sample."""
-
-    __slots__ = ("_before", "_dt_s")
-
-    def __init__(self, dt_s: float) -> None:
-        self._dt_s = dt_s
-        self._before: float | None = None
-
-    def next(self, velocity_m_s: float, measured_m_s2: float | None) -> float:
-        before, self._before = self._before, velocity_m_s
-        if measured_m_s2 is not None:
-            return measured_m_s2
-        return 0.0 if before is None else (velocity_m_s - before) / self._dt_s
 
 
 class ForwardPipeline:
@@ -134,14 +38,14 @@ class ForwardPipeline:
         self._static = damper.static
         self._dt_s = dt_s
         self._coefficients = damper.forward_filter.resampled(1.0 / dt_s).coefficients
-        self._stages = _Stages(chosen)
+        self._stages = Stages(chosen)
         self.needs = needs(chosen)
         self.reset()
 
     def reset(self) -> None:
         """Forget all that was: H is at rest, and the effects begin with the next sample."""
         self._state = [0.0, 0.0, 0.0]
-        self._acceleration = _Acceleration(self._dt_s)
+        self._acceleration = Acceleration(self._dt_s)
         self._stages.restart()
 
     def settle(
@@ -205,7 +109,7 @@ class InversePipeline(InverseModel):
         self._dt_s = dt_s
         self._tables = damper.static
         self._largest_a = damper.current_max_a
-        self._stages = _Stages(chosen)
+        self._stages = Stages(chosen)
         self.needs = needs(chosen)
         super().__init__(damper, dt_s)
 
@@ -213,7 +117,7 @@ class InversePipeline(InverseModel):
         """Take the state that a constant wish leads to, with this current flowing; effects begin anew."""
         super().reset(force_wish_n, current_a)
         self._stages.restart()
-        self._acceleration = _Acceleration(self._dt_s)
+        self._acceleration = Acceleration(self._dt_s)
         self._field_a = current_a
 
     def step(
@@ -233,19 +137,18 @@ class InversePipeline(InverseModel):
         warm, v, x = stages.fluid_and_piston(velocity_m_s, displacement_m, field, temperature_c, t, dt)
         wish = force_wish_n
         for one in reversed(stages.output):
-            wish = one.input_for(wish, dt)
+            wish = one.input_for(wish, wish, dt)
         for one in reversed(stages.limit):
-            wish = one.input_for(wish, v, x, dt)
+            wish = one.input_for(wish, wish, v, x, dt)
         for one in stages.additive:
             wish -= one.next(v, x, a, field, warm, dt)
         back = self.backbone_wish(wish)
-        level = force_level(field, warm, t)
+        level, g = force_level(field, warm, t), interpolate(v, t.velocity_m_s, t.shape)
         for one in reversed(stages.yielding):
-            back = one.input_for(back, v, x, level, dt)
-        g = interpolate(v, t.velocity_m_s, t.shape)
+            back = one.input_for(back, level * g, v, x, level, dt)
         field += self.authority(g) * (self._exact_field(back, g, v, x, warm) - field)
         for one in reversed(stages.current):
-            field = one.input_for(field, dt)
+            field = one.input_for(field, self.current_a, dt)
         self.command(min(max(field, 0.0), self._largest_a))
         self._follow(g, v, x, warm)
         return self.current_a

@@ -13,6 +13,7 @@ import math
 from bisect import bisect_right
 from enum import IntEnum
 from itertools import pairwise
+from math import sqrt
 from typing import NamedTuple
 
 from mrctl.model.static import StaticTables, on_weight
@@ -46,33 +47,34 @@ class _Ladder:
     def __init__(self, rungs: list[tuple[float, float, float]]) -> None:
         """rungs: (current, f, h), in order of the current."""
         self._forces = [f * h for _, f, h in rungs]
-        self._segments = [
-            (i0, i1 - i0, (f1 - f0) * (h1 - h0), f0 * (h1 - h0) + h0 * (f1 - f0), f0 * h0)
-            for (i0, f0, h0), (i1, f1, h1) in pairwise(rungs)
-        ]
         self.first_a, self.last_a = rungs[0][0], rungs[-1][0]
+        # Beyond the ends the current stays: one more segment on either side, without a span.
+        self._segments = [
+            (self.first_a, 0.0, 0.0, 1.0, 0.0),
+            *(
+                (i0, i1 - i0, (f1 - f0) * (h1 - h0), f0 * (h1 - h0) + h0 * (f1 - f0), f0 * h0)
+                for (i0, f0, h0), (i1, f1, h1) in pairwise(rungs)
+            ),
+            (self.last_a, 0.0, 0.0, 1.0, 0.0),
+        ]
         self.lowest_n, self.highest_n = self._forces[0], self._forces[-1]
 
     def current(self, force_n: float) -> float:
         """The current of a force; the end's beyond the ends."""
-        rung = bisect_right(self._forces, force_n)
-        if rung == 0:
-            return self.first_a
-        if rung == len(self._forces):
-            return self.last_a
-        start, span, a, b, c = self._segments[rung - 1]
+        start, span, a, b, c = self._segments[bisect_right(self._forces, force_n)]
         c -= force_n
         # a s^2 + b s + c = 0 with c <= 0, in the form that is exact for a = 0 too; b > 0: the force increases
-        return start - 2.0 * c * span / (b + math.sqrt(b * b - 4.0 * a * c))
+        return start - 2.0 * c * span / (b + sqrt(b * b - 4.0 * a * c))
 
 
 class StaticInverter:
     """Inverts the static model of one damper, at the temperature it was last warmed to."""
 
-    __slots__ = ("_current_max_a", "_high", "_low", "_strongest_n", "_tables", "_weakest_n")
+    __slots__ = ("_current_max_a", "_high", "_low", "_on_above_a", "_strongest_n", "_tables", "_weakest_n")
 
     def __init__(self, tables: StaticTables, current_max_a: float, temperature_c: float) -> None:
         self._tables = tables
+        self._on_above_a = tables.on_above_a
         self._current_max_a = current_max_a
         self.warm_to(temperature_c)
 
@@ -124,7 +126,7 @@ class StaticInverter:
             if q <= self._weakest_n:
                 return 0.0, False, BELOW if q < self._weakest_n else WITHIN
             current_a = high.current(q)
-            return current_a, current_a >= self._tables.on_above_a, WITHIN
+            return current_a, current_a >= self._on_above_a, WITHIN
         on_has_it = q >= high.lowest_n
         if q <= low.highest_n and not (on_has_it and was_on):
             return low.current(q), False, BELOW if q < self._weakest_n else WITHIN

@@ -34,9 +34,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
 
+from mrctl.errors import MrctlError
 
-class EffectError(ValueError):
-    """An effect's parameters or description do not hold together."""
+
+class EffectError(MrctlError, ValueError):
+    """A damper's effects do not hold together: unknown, out of bounds, or without a signal they need."""
+
+    exit_status = 2
 
 
 class Stage(StrEnum):
