@@ -1,21 +1,25 @@
-"""What a tick costs, against the peer (peer.py) on the same frames, tick by tick in turn."""
+"""What a tick costs, against the peers (peer.py) on the same frames, in blocks of ticks in turn."""
 
 from __future__ import annotations
 
 import gc
+import importlib
 import math
 import time
 from collections.abc import Callable
 from typing import Any
 
 from mrctl.bench.peer import Peer, PerDamper, Vectorised
+from mrctl.bench.wire import INTERFACE, Wire, WireBus
 from mrctl.can.codec import make_encoder
 from mrctl.can.quiet_import import can
+from mrctl.can.socketcan_port import SocketCanPort
 from mrctl.config import Config
 from mrctl.runtime.build import input_signals, plan_of
 from mrctl.runtime.tick import Frame, Tick
 
-WARM_UP_TICKS = 500
+BLOCK_TICKS = 100
+WARM_UP_TICKS = 10
 TEMPERATURE_EVERY = 50
 
 
@@ -34,40 +38,66 @@ def quantiles_us(times_ns: list[int]) -> dict[str, float]:
 
 
 def measure(
-    config: Config, ticks: int, advance: Callable[[], None] = lambda: None
+    config: Config, ticks: int, advance: Callable[[float], None] = lambda _: None
 ) -> dict[str, dict[str, float]]:
-    """Quantiles in µs of a tick of mrctl and of each peer, run in turn; `advance` is called after each turn.
+    """Quantiles in µs of a tick of mrctl and of each peer, in blocks of ticks in turn.
 
-    The bus itself is left out on all sides: frames are handed over as each side's bus gives them (raw bytes
-    from a socket here, python-can messages there).
+    Each side takes the frames from a socket without a kernel behind it (wire.py), through its own driver code
+    (mrctl's port; python-can's SocketCAN functions), does its work, and sends its command the same way. The
+    first ticks of a block are not counted: they find the caches as the other side left them. `advance` is
+    told how many ticks are done.
     """
-    tick = Tick(plan_of(config))
-    peers = [peer(config) for peer in PEERS.values()]
+    sides = {"mrctl": _ours(config)} | {name: _theirs(peer(config)) for name, peer in PEERS.items()}
     source = _drive(config)
-    times: list[list[int]] = [[] for _ in range(1 + len(peers))]
+    times: dict[str, list[int]] = {name: [] for name in sides}
     clock = time.perf_counter_ns
     gc.collect()
     gc.disable()
     try:
-        for n in range(WARM_UP_TICKS + ticks):
-            frames = source(n)
-            messages: list[Any] = [
-                can.Message(arbitration_id=can_id, data=data, is_extended_id=False) for can_id, data in frames
-            ]
-            marks = [clock()]
-            tick.step(frames)
-            marks.append(clock())
-            for peer in peers:
-                peer.step(messages)
-                marks.append(clock())
-            tick.changes.clear()
-            if n >= WARM_UP_TICKS:
-                for of_one, start, end in zip(times, marks, marks[1:], strict=False):
-                    of_one.append(end - start)
-                advance()
+        for first in range(0, ticks, BLOCK_TICKS):
+            block = [source(n) for n in range(first, min(first + BLOCK_TICKS, ticks))]
+            for name, (wire, step) in sides.items():
+                taken = []
+                for frames in block:
+                    for can_id, data in frames:
+                        wire.lay(can_id, data)
+                    start = clock()
+                    step()
+                    taken.append(clock() - start)
+                times[name] += taken[WARM_UP_TICKS:]
+            advance(len(block))
     finally:
         gc.enable()
-    return {name: quantiles_us(of_one) for name, of_one in zip(("mrctl", *PEERS), times, strict=True)}
+    return {name: quantiles_us(taken) for name, taken in times.items()}
+
+
+def _ours(config: Config) -> tuple[Wire, Callable[[], None]]:
+    tick, wire = Tick(plan_of(config)), Wire(stamped=False)
+    port = SocketCanPort(WireBus(wire), INTERFACE, tick.wanted_ids)
+    receive, send, step = port.receive, port.send, tick.step
+
+    def run() -> None:
+        for can_id, data in step(receive()):
+            send(can_id, data)
+
+    return wire, run
+
+
+def _theirs(peer: Peer) -> tuple[Wire, Callable[[], None]]:
+    wire = Wire(stamped=True)
+    driver: Any = importlib.import_module("can.interfaces.socketcan.socketcan")
+    capture, build = driver.capture_message, driver.build_can_frame
+
+    def run() -> None:
+        messages = []
+        while True:
+            try:
+                messages.append(capture(wire, False))  # python-can's own signature
+            except can.CanOperationError:
+                break
+        wire.send(build(peer.step(messages)))
+
+    return wire, run
 
 
 def _drive(config: Config) -> Callable[[int], list[Frame]]:
