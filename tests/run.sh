@@ -65,8 +65,8 @@ tests() {
   say "pytest $*"
   python -m pytest --color=no "$@" 2>&1 | tee "$logs/$name" || failed+=("pytest $*")
 }
-tests bulk -n auto --maxprocesses=8 -m 'not testbed'
-tests testbed -m testbed --durations=10
+tests bulk -n auto --maxprocesses=8 --durations=10 --ignore=tests/testbed tests
+tests testbed --durations=10 tests/testbed
 
 say "summary"
 tail -qn 1 "$logs/bulk" "$logs/testbed"

@@ -193,7 +193,10 @@ class Guest(Bed):
             if not chunk:
                 self._kill()
                 console = (self.directory / "console.log").read_text(encoding="utf-8", errors="replace")
+                console = console.split("Call Trace:")[0]
                 why = "ended" if ready else f"did not answer within {timeout_s:.0f} s"
+                if "child stopped with signal 1" in console:
+                    why += " of a SIGSTOP or SIGCONT from outside, which it does not survive,"
                 raise BedError(
                     f"the user-mode guest {why} while waiting for {word!r}; its console:\n{console[-4000:]}"
                 )
@@ -252,7 +255,7 @@ def _require_programs() -> None:
         missing.append("/lib/systemd/systemd")
     if missing:
         raise BedError(
-            f"the test bed lacks {', '.join(missing)}; apt-get install {PACKAGES}, or see ./test.sh"
+            f"the test bed lacks {', '.join(missing)}; apt-get install {PACKAGES}, or see tests/run.sh"
         )
     free_mib = shutil.disk_usage(GUEST_MEMORY_PLACE).free >> 20
     if free_mib < GUEST_MEMORY_MIB:
