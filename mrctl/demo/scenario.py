@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import signal
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,11 +93,10 @@ def run_case(config_path: Path, strategy: Strategy, temperature_c: float) -> Res
 
 def run_all(config: Config, workers: int) -> Iterator[Result]:
     """All cases on `workers` processes, in the order in which they end."""
-    with ProcessPoolExecutor(workers) as pool:
-        waiting = [pool.submit(run_case, config.path, strategy, T) for strategy, T in cases()]
-        try:
-            for done in as_completed(waiting):
-                yield done.result()
-        finally:
-            for one in waiting:
-                one.cancel()
+    # Ctrl-C reaches this process alone, which then ends the others.
+    with multiprocessing.Pool(workers, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+        yield from pool.imap_unordered(_run_words, [(config.path, *case) for case in cases()])
+
+
+def _run_words(words: tuple[Path, Strategy, float]) -> Result:
+    return run_case(*words)
