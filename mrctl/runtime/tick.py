@@ -156,6 +156,7 @@ class Tick:
     def shut_down(self) -> None:
         """From now on every damper is OFF: its current is ramped to 0 A and stays there."""
         self._off = "SHUTDOWN"
+        self.at_rest = False  # one more command leaves, even where all are 0 A already
 
     def step(
         self, frames: Iterable[Frame], periods: int = 1, figures: LoopFigures | None = None

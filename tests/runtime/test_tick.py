@@ -191,6 +191,15 @@ def test_shutting_down_ramps_to_zero_and_stays(tick, sender):
     assert causes(tick) == {"SHUTDOWN"}
 
 
+def test_shutting_down_at_rest_still_sends_a_last_command(tick):
+    tick.step([])
+    assert tick.at_rest
+    tick.shut_down()
+    assert not tick.at_rest
+    assert currents(tick.step([])) == (0.0,) * 4
+    assert tick.at_rest
+
+
 def test_skipped_periods_advance_the_filters(sender):
     """After a gap with held inputs, the command is the one of a controller that missed nothing."""
     whole, late = Tick(plan()), Tick(plan())
