@@ -24,6 +24,7 @@ COMMANDS = {
     "check": "say whether a calibration, configuration or DBC is sound",
     "predict": "add the model's force to a measured run",
     "invert": "add the current that makes a run's force",
+    "compare": "model against measurements: how good, and where it fails",
     "effects": "physical effects beyond the separable model: equations, parameters, how each is undone",
     "dyno": "measure a virtual damper by the published protocol and others",
     "bench": "benchmarks against a peer in the same run",

@@ -1,0 +1,76 @@
+"""`mrctl compare`: a model against measurements."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from pathlib import Path
+
+from mrctl.calibration import load_calibration
+from mrctl.discover.compare import START, Comparison, compare, figures
+from mrctl.discover.compare_report import write_report
+from mrctl.measurements import load_campaign, require_sound
+from mrctl.report.progress import Progress
+from mrctl.report.terminal import paint, table
+from mrctl.yaml_source.writer import write_atomically
+
+SUMMARY = "model against measurements: how good it is, and where it fails"
+MOST_LINES = 8
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `mrctl compare`."""
+    parser.add_argument("calibration", metavar="CAL", help="the calibration of the damper")
+    parser.add_argument("data", metavar="DATA", help="a campaign: folder of runs, or one file")
+    parser.add_argument("--columns", metavar="MAP.yaml", help="names, units and layout of foreign files")
+    parser.add_argument("--report", metavar="F.html", help="write a report with pictures")
+    parser.add_argument("--json", metavar="FILE", help="write the figures as JSON; - is standard output")
+    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    parser.epilog = """\
+The noise is what differs from cycle to cycle; a run without three steady cycles has a lower bound only.
+
+example:
+  mrctl compare damper.yaml campaign/ --report compare.html
+"""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare, print, write."""
+    calibration = load_calibration(args.calibration)
+    campaign = load_campaign(args.data, args.columns)
+    for problem in require_sound(campaign):
+        print(f"warning: {problem}", file=sys.stderr)
+    quiet = args.quiet or args.json == "-"
+    with Progress("Comparing", len(campaign), quiet=quiet) as progress:
+        result = compare(calibration.damper, campaign, lambda name: progress.advance(note=name))
+    if args.report:
+        words = ["mrctl", "compare", args.calibration, args.data, "--report", args.report]
+        write_report(result, calibration, campaign, Path(args.report), shlex.join(words))
+    text = json.dumps(figures(result), indent=2, allow_nan=False) + "\n"
+    if args.json == "-":
+        sys.stdout.write(text)
+        return 0
+    if args.json:
+        write_atomically(args.json, text)
+    if not args.quiet:
+        _print(result)
+    return 0
+
+
+def _print(result: Comparison) -> None:
+    rows = [
+        [fit.run.name, fit.rmse_n, fit.rmse_percent, fit.fit_percent, fit.bias_n, fit.noise.floor_n]
+        for fit in result.runs
+    ]
+    print(table(["run", "RMSE N", "% of peak", "fit %", "bias N", "noise N"], rows))
+    floor = "unknown" if result.noise_floor_n is None else f"{result.noise_floor_n:.3g} N"
+    print(f"\nRMSE {result.rmse_n:.3g} N, fit {result.fit_percent:.1f} %, noise {floor}\n{START}")
+    print("\n" + paint("Where it fails", "bold"))
+    for condition in result.worst[:MOST_LINES]:
+        print(f"  {condition.words}")
+    if len(result.worst) > MOST_LINES:
+        print(f"  and {len(result.worst) - MOST_LINES} more (--json, --report)")
+    if not result.worst:
+        print("  nowhere significantly worse than on average")

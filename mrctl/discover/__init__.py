@@ -1,0 +1,1 @@
+"""Model against measurements: how good, where it fails, what is missing."""
