@@ -11,7 +11,9 @@ from pathlib import Path
 from mrctl.calibration import load_calibration
 from mrctl.discover.compare import START, Comparison, compare, figures
 from mrctl.discover.compare_report import write_report
+from mrctl.errors import InputError
 from mrctl.measurements import load_campaign, require_sound
+from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import paint, table
 from mrctl.yaml_source.writer import write_atomically
@@ -44,7 +46,13 @@ def run(args: argparse.Namespace) -> int:
         print(f"warning: {problem}", file=sys.stderr)
     quiet = args.quiet or args.json == "-"
     with Progress("Comparing", len(campaign), quiet=quiet) as progress:
-        result = compare(calibration.damper, campaign, lambda name: progress.advance(note=name))
+        try:
+            result = compare(calibration.damper, campaign, lambda name: progress.advance(note=name))
+        except FilterError as error:
+            mend = (
+                "the calibration's filter does not suit the sample rate; resample the runs to 500 to 2000 Hz"
+            )
+            raise InputError.at(campaign.root, f"the hysteresis filter {error}", mend) from error
     if args.report:
         words = ["mrctl", "compare", args.calibration, args.data, "--report", args.report]
         write_report(result, calibration, campaign, Path(args.report), shlex.join(words))

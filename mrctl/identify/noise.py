@@ -60,7 +60,7 @@ def autoregression(residual: Array, largest: int = 12) -> tuple[Array, float]:
 
 
 def coloured_gram(rows: Array, residual: Array) -> Array:
-    """The product rows S rows' (m, m); S: covariance of noise coloured as the residual (n) is; rows (m, n)."""
+    """The product rows S rows' (m, m); S: covariance of noise coloured as the residual is; rows (m, n)."""
     a, variance = autoregression(residual)
     if a.size == 1:
         return np.asarray(variance * (rows @ rows.T), dtype=np.float64)
