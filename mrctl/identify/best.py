@@ -2,25 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.errors import InputError
 from mrctl.identify import base, hysteresis
 from mrctl.identify.filter_fit import search_filter
+from mrctl.identify.findings import findings_of
+from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint import WEIGHING_RATE_HZ, JointFit, JointModel
 from mrctl.identify.layout import Layout, Tables
-from mrctl.identify.records import Record
+from mrctl.identify.records import Record, records_of
+from mrctl.identify.result import IdentificationResult, errors_of
 from mrctl.identify.start import layout_for, start_values
+from mrctl.measurements.run import Campaign
 
 Array = NDArray[np.float64]
+Report = Callable[[int, int, str], None]
 
 START_RECORDS = 6
 START_LAGS_HZ = (3.0, 10.0, 40.0)
 ROUGH_KNOTS = 14
 MORE_SEARCHES = 4
+
+
+def identify_best(campaign: Campaign, progress: Report | None = None) -> IdentificationResult:
+    """Identify a damper from any campaign: everything fitted together on the time series.
+
+    progress(done, total, what) is told how far it is. Raises InputError when no run moves.
+    """
+    report = progress or _silent
+    records = records_of(campaign.runs)
+    moving = [
+        r for r in records if float(np.max(np.abs(r.velocity_m_s))) > 0.0 and float(np.ptp(r.force_n)) > 0.0
+    ]
+    if not moving:
+        raise InputError.at(
+            campaign.root,
+            "no run moves the damper and measures its force",
+            "measure velocity and force in motion",
+        )
+    report(0, 4, "first fit")
+    fit = fit_base(moving)
+    report(2, 4, "intervals")
+    spread = fit.covariance()
+    std = table_std(fit, spread)
+    report(3, 4, "inverse filter")
+    damper = damper_of(fit)
+    errors = errors_of(campaign, [r.run for r in moving], fit.model.predict(fit.theta))
+    report(4, 4, "done")
+    steps = (("base", errors.rmse_n),)
+    return IdentificationResult(damper, std, findings_of(fit, std), errors, steps, fit)
+
+
+def _silent(done: int, total: int, what: str) -> None:
+    """Tell nobody."""
 
 
 def fit_base(records: Sequence[Record], layout: Layout | None = None, order: int = 3) -> JointFit:

@@ -114,9 +114,7 @@ def test_the_papers_step_stays_as_it_is_where_it_is_stable_and_shrinks_where_it_
 
 def test_a_long_record_takes_fewer_passes_for_the_same_updates():
     inputs, wanted = one_run(taps=10)
-    short = adaptive_filter(inputs, wanted, PaperOptions(taps=10, passes=30))
-    long = adaptive_filter(
-        np.tile(inputs, 4)[: 4 * wanted.size + 9], np.tile(wanted, 4), PaperOptions(taps=10, passes=30)
-    )
-    assert short.passes[-1] == 30
+    options = PaperOptions(taps=10, passes=30)
+    long = adaptive_filter(np.tile(inputs, 4)[: 4 * wanted.size + 9], np.tile(wanted, 4), options)
+    assert adaptive_filter(inputs, wanted, options).passes[-1] == 30
     assert long.passes[-1] == 8

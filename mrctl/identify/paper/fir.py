@@ -5,15 +5,15 @@ By LMS as in the paper, and by least squares, the solution that LMS goes to. Bot
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from mrctl.identify.paper.backbone import Backbones
-from mrctl.identify.paper.lms import lms, many_passes, pass_map
+from mrctl.identify.paper.lms import form, lms, many_passes, pass_map, solve
 from mrctl.identify.paper.options import PaperOptions
 from mrctl.identify.paper.prepare import Preparation, Record
 
@@ -22,7 +22,6 @@ Array = NDArray[np.float64]
 RECORD_SAMPLES = 5027  # six cycles of 2.387 Hz at 2 kHz: what the paper's passes went over
 STABLE = 2.0  # mu |x|^2 must be below this, or an update overshoots by more than it corrects
 SAFE = 1.0  # what it is brought to where it is not: the update that corrects exactly
-DIRECT_PASSES = 20  # up to here the updates one by one are cheaper than the map of a pass
 RIDGE = 1e-10  # of the mean power: far below all that LMS can resolve, far above rounding
 
 
@@ -50,16 +49,24 @@ class AdaptiveFilters:
     notes: tuple[str, ...]
 
 
-def adaptive_filters(preparation: Preparation, curves: Backbones, options: PaperOptions) -> AdaptiveFilters:
-    """Identify every run's filter, some runs at a time."""
+def adaptive_filters(
+    preparation: Preparation,
+    curves: Backbones,
+    options: PaperOptions,
+    done: Callable[[int], None] = lambda _: None,
+) -> AdaptiveFilters:
+    """Identify every run's filter, some runs at a time; `done` is called with the number of runs behind."""
 
     def one(row: int) -> AdaptiveFilter:
         record = preparation.records[row]
-        inputs, wanted = training(record, curves.over_time(row, record.velocity_m_s), options.taps)
-        return adaptive_filter(inputs, wanted, options)
+        signals = training(record, curves.over_time(row, record.velocity_m_s), options.taps)
+        return adaptive_filter(*signals, options)
 
+    runs = []
     with ThreadPoolExecutor(max(1, options.workers)) as pool:
-        runs = tuple(pool.map(one, range(len(preparation.records))))
+        for run in pool.map(one, range(len(preparation.records))):
+            runs.append(run)
+            done(len(runs))
     smaller = [r.step_per_n2 for r in runs if r.step_per_n2 < options.step_per_n2]
     notes = []
     if smaller:
@@ -67,7 +74,7 @@ def adaptive_filters(preparation: Preparation, curves: Backbones, options: Paper
             f"the LMS step of {options.step_per_n2:g} /N^2 would not be stable in {len(smaller)} runs: "
             f"down to {min(smaller):.2g} there"
         )
-    return AdaptiveFilters(options.taps, runs, tuple(notes))
+    return AdaptiveFilters(options.taps, tuple(runs), tuple(notes))
 
 
 def training(record: Record, backbone_n: Array, taps: int) -> tuple[Array, Array]:
@@ -84,30 +91,36 @@ def training(record: Record, backbone_n: Array, taps: int) -> tuple[Array, Array
 
 
 def adaptive_filter(inputs: Array, wanted: Array, options: PaperOptions) -> AdaptiveFilter:
-    """The filter of one run."""
-    taps = options.taps
-    gram, cross, power = normal_equations(inputs, wanted, taps)
-    step = stable_step(inputs, taps, options.step_per_n2)
-    passes = int(np.ceil(options.passes * min(1.0, RECORD_SAMPLES / wanted.size)))
-    if passes <= DIRECT_PASSES:
-        weights = np.zeros(taps)
-        history = []
-        for done in range(1, passes + 1):
-            lms(inputs, wanted, step, weights)
-            history.append((done, weights.copy()))
-    else:
-        history = many_passes(pass_map(inputs, wanted, step, taps), passes)
+    """The filter of one run: LMS from zero weights, how it got there, and least squares beside it."""
+    step = stable_step(inputs, options.taps, options.step_per_n2)
+    history = _passes(inputs, wanted, step, options)
+    gram, cross, power = normal_equations(inputs, wanted, options.taps)
     least = least_squares(gram, cross)
-    W = np.stack([*(weights for _, weights in history), least])
-    mse = power - 2.0 * (W @ cross) + np.einsum("ij,ij->i", W @ gram, W)
+
+    def mse(weights: Array) -> float:
+        return power - 2.0 * float(weights @ cross) + form(gram, weights)
+
     return AdaptiveFilter(
         lms=history[-1][1],
         least_squares=least,
         passes=np.array([done for done, _ in history]),
-        mse_n2=mse[:-1],
-        mse_least_squares_n2=float(mse[-1]),
+        mse_n2=np.array([mse(weights) for _, weights in history]),
+        mse_least_squares_n2=mse(least),
         step_per_n2=step,
     )
+
+
+def _passes(inputs: Array, wanted: Array, step: float, options: PaperOptions) -> list[tuple[int, Array]]:
+    """The weights after so many passes."""
+    passes = int(np.ceil(options.passes * min(1.0, RECORD_SAMPLES / wanted.size)))
+    if passes > options.taps:  # the map of a pass costs about as much as `taps` passes
+        return many_passes(pass_map(inputs, wanted, step, options.taps), passes)
+    weights = np.zeros(options.taps)
+    history = []
+    for done in range(1, passes + 1):
+        lms(inputs, wanted, step, weights)
+        history.append((done, weights.copy()))
+    return history
 
 
 def stable_step(inputs: Array, taps: int, step_per_n2: float) -> float:
@@ -142,4 +155,4 @@ def normal_equations(inputs: Array, wanted: Array, taps: int) -> tuple[Array, Ar
 def least_squares(gram: Array, cross: Array) -> Array:
     """The weights of the smallest mean squared error; a touch of ridge settles what the data leaves open."""
     ridge = RIDGE * float(np.trace(gram)) * np.eye(gram.shape[0])
-    return np.asarray(cho_solve(cho_factor(gram + ridge), cross), dtype=np.float64)
+    return solve(gram + ridge, cross)
