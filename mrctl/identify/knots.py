@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ TEMPERATURE_KNOTS = 12
 MOST_LEVELS = 16
 LEVEL_A = 0.03  # held currents nearer than this are one level
 LEVEL_C = 1.5
+KNOTS_BETWEEN = 5  # knots between two held levels, where samples lie there
+FEWEST_BETWEEN = 20
 HELD_SHARE = 0.9  # share of the samples that must sit on levels
 
 
@@ -62,11 +65,27 @@ def level_knots(samples: Sequence[Array], width: float, count: int) -> Levels:
     levels = held_levels(samples, width)
     if levels is not None:
         ends = [x for x in (low, high) if np.min(np.abs(levels - x)) > width]
-        return Levels(np.sort(np.concatenate([levels, ends])), held=not ends)
+        held = np.sort(np.concatenate([levels, ends]))
+        between = _between(samples, held, width, count - held.size)
+        return Levels(np.sort(np.concatenate([held, between])), held=not ends and not between.size)
     pooled = np.concatenate([s[:: max(1, s.size // 4000)] for s in samples])
     even = np.linspace(low, high, count // 2 + 1)
     dense = np.quantile(pooled, np.linspace(0.0, 1.0, count - count // 2 + 1))
     return Levels(_apart(np.concatenate([even, dense]), (high - low) / (3 * count)), held=False)
+
+
+def _between(samples: Sequence[Array], levels: Array, width: float, most: int) -> Array:
+    """More knots where a few runs pass between the levels that the others hold."""
+    pooled = np.concatenate(samples)
+    found: list[float] = []
+    for low, high in pairwise(levels):
+        inside = pooled[(pooled > low + width) & (pooled < high - width)]
+        if inside.size < FEWEST_BETWEEN:
+            continue
+        steps = min(KNOTS_BETWEEN, int((high - low) / (3.0 * width)), most - len(found))
+        even = np.linspace(low, high, steps + 2)[1:-1]
+        found += [x for x in even if np.min(np.abs(inside - x)) < (high - low) / (steps + 1)]
+    return np.array(found)
 
 
 def velocity_knots(records: Sequence[Record], count: int = VELOCITY_KNOTS) -> Array:
