@@ -61,11 +61,13 @@ def make_encoder(spec: FrameSpec) -> Encoder:
     if any(signal.big_endian for signal in spec.signals):
         lines.append(f"    little |= from_bytes(big.to_bytes({length}, 'big'), 'little')")
     lines += [
-        f"    data = bytearray(little.to_bytes({length}, 'little'))",
-        "    protect(data, data_ids, counter)",
-        "    return bytes(data)",
+        "    counter &= 0xf",
+        f"    little = little & {~0xFFF:#x} | counter << 8",
+        f"    data = little.to_bytes({length}, 'little')",
+        "    return byte[crc(data, data_ids[counter])] + data[1:]",
     ]
-    encoder: Encoder = _compiled(lines, "encode", spec, {"protect": e2e.protect, "data_ids": spec.data_ids})
+    names = {"crc": e2e.crc, "data_ids": spec.data_ids, "byte": [bytes([value]) for value in range(256)]}
+    encoder: Encoder = _compiled(lines, "encode", spec, names)
     return encoder
 
 
@@ -114,8 +116,8 @@ def _encoding(signal: SignalSpec, name: str) -> str:
         nothing = min(max(round(-signal.offset / signal.factor), signal.raw_minimum), signal.raw_maximum)
     shifted = f"({name} - {signal.offset!r})" if signal.offset else name
     return (
-        f"{raw_at_high} if {name} >= {high!r} else {raw_at_low} if {name} <= {low!r} "
-        f"else round({shifted} / {signal.factor!r}) if {name} == {name} else {nothing}"
+        f"round({shifted} / {signal.factor!r}) if {low!r} < {name} < {high!r} else "
+        f"{raw_at_high} if {name} >= {high!r} else {raw_at_low} if {name} <= {low!r} else {nothing}"
     )
 
 

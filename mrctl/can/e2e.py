@@ -22,7 +22,7 @@ def _crc_of_byte(byte: int) -> int:
     return byte
 
 
-CRC8_2F = bytes(_crc_of_byte(byte) for byte in range(256))
+CRC8_2F = tuple(_crc_of_byte(byte) for byte in range(256))  # no bytes: Python looks up a tuple faster
 
 
 def crc(data: Sequence[int], data_id: int) -> int:

@@ -27,8 +27,9 @@ class Anticipation:
 
     def step(self, value: float) -> float:
         """The value by then, after this sample."""
-        if self._before is None:
-            self._before = value
-        self._slope += self._share * (value - self._before - self._slope)
+        before, slope = self._before, self._slope
         self._before = value
-        return value + self._gain * self._slope
+        if before is None:
+            return value
+        self._slope = slope = slope + self._share * (value - before - slope)
+        return value + self._gain * slope

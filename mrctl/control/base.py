@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 ParameterValue = float | Sequence[float]
 
 
-class Motion(NamedTuple):
+@dataclass(slots=True)
+class Motion:
     """What is known of one corner at one tick.
 
     Relative velocity > 0 is extension; body velocity > 0 is upward; forces > 0 resist extension.
-    What the configuration does not bring in is 0.
+    What the configuration does not bring in is 0. A corner fills in the same one tick after tick: a law
+    must not keep it.
     """
 
     relative_velocity_m_s: float

@@ -30,10 +30,11 @@ class InverseModel:
     """One damper's current command, sample by sample, at a fixed step."""
 
     __slots__ = (
+        "_fade",
+        "_invert",
         "_inverter",
         "_on",
         "_on_above_a",
-        "_rate",
         "_settle",
         "_shape_at",
         "_step_max_a",
@@ -58,7 +59,8 @@ class InverseModel:
             damper.forward_filter.resampled(rate_hz),
             None if cutoff_hz is None else butterworth_lowpass(cutoff_hz, rate_hz),
         )
-        self._rate = dt_s / (AUTHORITY_TIME_S * AUTHORITY_SHAPE**2)
+        self._invert = self._inverter.invert
+        self._fade = -dt_s / (AUTHORITY_TIME_S * AUTHORITY_SHAPE**2)
         self.reset()
 
     def reset(self, force_wish_n: float = 0.0, current_a: float = 0.0) -> None:
@@ -79,12 +81,12 @@ class InverseModel:
         if not -TEMPERATURE_STEP_C <= temperature_c - self._temperature_c <= TEMPERATURE_STEP_C:
             self._temperature_c = temperature_c
             self._inverter.warm_to(temperature_c)
-        current_a, self._on, self.reach = self._inverter.invert(back_n, g, self._on)
+        current_a, self._on, self.reach = self._invert(back_n, g, self._on)
         return current_a
 
     def authority(self, g: float) -> float:
         """The share of the way to the exact current that one sample goes where the shape is g."""
-        return -expm1(-self._rate * g * g)
+        return -expm1(self._fade * g * g)
 
     def command(self, wanted_a: float) -> float:
         """The next command in A: towards the wanted one, as far as the slew limit allows."""

@@ -40,16 +40,16 @@ class StaticInverse(NamedTuple):
 
 
 class _Ladder:
-    """Forces f(i) h(i) increasing with the current, and the way back."""
+    """Forces f(i) h(i) increasing with the current, and the segments to go back on."""
 
-    __slots__ = ("_forces", "_segments", "first_a", "highest_n", "last_a", "lowest_n")
+    __slots__ = ("first_a", "forces", "highest_n", "last_a", "lowest_n", "segments")
 
     def __init__(self, rungs: list[tuple[float, float, float]]) -> None:
         """rungs: (current, f, h), in order of the current."""
-        self._forces = [f * h for _, f, h in rungs]
+        self.forces = [f * h for _, f, h in rungs]
         self.first_a, self.last_a = rungs[0][0], rungs[-1][0]
         # Beyond the ends the current stays: one more segment on either side, without a span.
-        self._segments = [
+        self.segments = [
             (self.first_a, 0.0, 0.0, 1.0, 0.0),
             *(
                 (i0, i1 - i0, (f1 - f0) * (h1 - h0), f0 * (h1 - h0) + h0 * (f1 - f0), f0 * h0)
@@ -57,20 +57,13 @@ class _Ladder:
             ),
             (self.last_a, 0.0, 0.0, 1.0, 0.0),
         ]
-        self.lowest_n, self.highest_n = self._forces[0], self._forces[-1]
-
-    def current(self, force_n: float) -> float:
-        """The current of a force; the end's beyond the ends."""
-        start, span, a, b, c = self._segments[bisect_right(self._forces, force_n)]
-        c -= force_n
-        # a s^2 + b s + c = 0 with c <= 0, in the form that is exact for a = 0 too; b > 0: the force increases
-        return start - 2.0 * c * span / (b + sqrt(b * b - 4.0 * a * c))
+        self.lowest_n, self.highest_n = self.forces[0], self.forces[-1]
 
 
 class StaticInverter:
     """Inverts the static model of one damper, at the temperature it was last warmed to."""
 
-    __slots__ = ("_current_max_a", "_high", "_low", "_on_above_a", "_strongest_n", "_tables", "_weakest_n")
+    __slots__ = ("_current_max_a", "_high", "_low", "_on_above_a", "_strongest_n", "_tables")
 
     def __init__(self, tables: StaticTables, current_max_a: float, temperature_c: float) -> None:
         self._tables = tables
@@ -101,10 +94,9 @@ class StaticInverter:
             edge = (math.nextafter(switch_a, 0.0), interpolate(switch_a, t.current_a, t.force_n), h_off)
             self._low = _Ladder([*(rung for rung in rungs if rung[0] < switch_a), edge])
             self._high = _Ladder([rung for rung in rungs if rung[0] >= switch_a])
-        self._weakest_n = (self._low or self._high).lowest_n
         self._strongest_n = self._high.highest_n
 
-    def invert(  # noqa: PLR0911  # one return for each region of the wish
+    def invert(
         self,
         force_n: float,
         g: float,
@@ -121,18 +113,20 @@ class StaticInverter:
         if force_n >= self._strongest_n * g:
             return self._current_max_a, True, ABOVE if force_n > self._strongest_n * g else WITHIN
         q = force_n / g  # bounded by the line above, however small g is
-        high, low = self._high, self._low
-        if low is None:
-            if q <= self._weakest_n:
-                return 0.0, False, BELOW if q < self._weakest_n else WITHIN
-            current_a = high.current(q)
-            return current_a, current_a >= self._on_above_a, WITHIN
-        on_has_it = q >= high.lowest_n
-        if q <= low.highest_n and not (on_has_it and was_on):
-            return low.current(q), False, BELOW if q < self._weakest_n else WITHIN
-        if on_has_it:
-            return high.current(q), True, WITHIN
-        return (high.first_a, True, WITHIN) if was_on else (low.last_a, False, WITHIN)  # the gap
+        ladder, low = self._high, self._low
+        if low is not None:
+            on_has_it = q >= ladder.lowest_n
+            if q <= low.highest_n and not (on_has_it and was_on):
+                ladder = low
+            elif not on_has_it:  # the gap
+                return (ladder.first_a, True, WITHIN) if was_on else (low.last_a, False, WITHIN)
+        if q < ladder.lowest_n:
+            return 0.0, False, BELOW
+        start, span, a, b, c = ladder.segments[bisect_right(ladder.forces, q)]
+        c -= q
+        # a s^2 + b s + c = 0 with c <= 0, in the form that is exact for a = 0 too; b > 0: the force increases
+        current_a = start - 2.0 * c * span / (b + sqrt(b * b - 4.0 * a * c))
+        return current_a, current_a >= self._on_above_a, WITHIN
 
 
 def invert_backbone(

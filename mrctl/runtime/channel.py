@@ -51,10 +51,10 @@ class Channel:
         "_minimum",
         "_run",
         "_run_wanted",
-        "_timeout",
         "fault",
         "last",
         "ok",
+        "timeout",
         "value",
     )
 
@@ -63,10 +63,10 @@ class Channel:
         self._minimum = rules.minimum
         self._maximum = rules.maximum
         self._change_max = rules.rate_max * dt_s
-        self._timeout = max(1, round(rules.timeout_s / dt_s))
+        self.timeout = max(1, round(rules.timeout_s / dt_s))  # in ticks
         self._limp_after = None if rules.limp_after_s is None else round(rules.limp_after_s / dt_s)
         self._run_wanted = good_frames
-        self._run = 0
+        self._run = 0  # good values in a row since the signal was last usable
         self.value = start
         self.last = NEVER  # tick of the last good value
         self.ok = False
@@ -81,7 +81,8 @@ class Channel:
                 self.value = value
                 self.last = now
                 self.fault = NONE
-                self._run += 1
+                if not self.ok:
+                    self._run += 1
                 return NONE
             return self.refuse(Fault.RATE)
         return self.refuse(Fault.NOT_AVAILABLE if math.isnan(value) else Fault.RANGE)
@@ -94,7 +95,7 @@ class Channel:
 
     def update(self, now: int) -> bool:
         """Whether the signal may be used in tick `now`."""
-        if now - self.last > self._timeout:
+        if now - self.last > self.timeout:
             self.ok = False
             self._run = 0
             if self.fault is NONE:

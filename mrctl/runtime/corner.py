@@ -80,6 +80,7 @@ class Corner:
         "_limp_a",
         "_look_ahead",
         "_map",
+        "_motion",
         "_needed",
         "_off_step",
         "_running",
@@ -121,6 +122,7 @@ class Corner:
                 Anticipation(plan.anticipation_s, dt_s),
                 Anticipation(plan.anticipation_s, dt_s),
             )
+        self._motion = Motion(0.0, 0.0, 0.0)
         self._law, self._substitute_law = plan.law, plan.substitute_law
         self._map = current_map = plan.make_map(dt_s)
         self._command: Callable[[float, float, float], float] = current_map.step
@@ -140,7 +142,7 @@ class Corner:
         self.clamped = False
         self.saturated = False
 
-    def step(self, now: int, periods: int, *, starting: bool, off: str | None) -> float:
+    def step(self, now: int, periods: int, starting: bool, off: str | None) -> float:  # noqa: FBT001  # hot
         """The current wanted in tick `now`, in A.
 
         periods: loop periods since the last tick (1 unless ticks were skipped). starting: still within the
@@ -152,15 +154,25 @@ class Corner:
                 self._body.value = self._estimator.step(self._acceleration.value)
         self.made_in = now
         state = self.state
+        current_a, slew_step = self.current_a, self._slew_step
         if state is ACTIVE or (state is SUBSTITUTE and self._velocity.ok):
-            return self._follow(state, periods)
-        self._running = False
-        self.saturated = False
-        if state is LIMP:
-            return self._approach(self._limp_a, self._slew_step)
-        if state is SUBSTITUTE:  # without velocity: the current holds
-            return self.current_a
-        return self._approach(0.0, self._off_step)
+            target_a = self._follow(state, periods)
+        else:
+            self._running = False
+            self.saturated = False
+            if state is LIMP:
+                target_a = self._limp_a
+            elif state is SUBSTITUTE:  # without velocity: the current holds
+                target_a = current_a
+            else:
+                target_a, slew_step = 0.0, self._off_step
+        change = target_a - current_a
+        if change > slew_step:
+            change = slew_step
+        elif change < -slew_step:
+            change = -slew_step
+        self.current_a = current_a = current_a + change
+        return current_a
 
     def issued(self, current_a: float) -> None:
         """What the output guard let through: the next step starts from there."""
@@ -171,8 +183,8 @@ class Corner:
         """State and cause from what the signals are worth now."""
         state, cause = ACTIVE, WELL
         for role, channel in self._needed:
-            if channel.update(now):
-                continue
+            if (channel.ok and now - channel.last <= channel.timeout) or channel.update(now):
+                continue  # the first half spares most calls of the second
             worth = SUBSTITUTE if channel.substitutable(now) else LIMP
             if worth > state:
                 state, cause = worth, (role, channel.fault)
@@ -183,33 +195,29 @@ class Corner:
         self.state, self.cause = state, cause
 
     def _follow(self, state: State, periods: int) -> float:
-        """Law and current map on the signals as they are."""
+        """The current in A that law and current map make of the signals as they are."""
+        motion, law, look_ahead = self._motion, self._law, self._look_ahead
         velocity, body = self._velocity.value, self._body.value
-        if self._look_ahead is not None:
-            velocity, body = self._look_ahead[0].step(velocity), self._look_ahead[1].step(body)
-        temperature = self._temperature.value
-        law = self._law
+        if look_ahead is not None:
+            velocity, body = look_ahead[0].step(velocity), look_ahead[1].step(body)
+        motion.relative_velocity_m_s = velocity
+        motion.body_velocity_m_s = body
+        motion.temperature_c = temperature = self._temperature.value
+        motion.displacement_m = self._displacement.value
+        motion.force_wish_n = self._wish.value
         if state is SUBSTITUTE and any(not channel.ok for channel in self._asked_by_law):
             law = self._substitute_law
-        wish = law(Motion(velocity, body, temperature, self._displacement.value, self._wish.value))
+        wish = law(motion)
         current_map = self._map
         if not self._running or periods > CATCH_UP_MAX:
             current_map.reset(wish, self.current_a)
             self._running = True
             periods = 1
         wanted = self._command(wish, velocity, temperature)
-        for _ in range(periods - 1):  # skipped periods too, so that the filters stay in step with time
+        while periods > 1:  # skipped periods too, so that the filters stay in step with time
             wanted = self._command(wish, velocity, temperature)
+            periods -= 1
         self.wish_n = wish
         self.saturated = current_map.reach is not WITHIN
         self.clamped = not self._coldest_c <= temperature <= self._hottest_c
-        return self._approach(wanted, self._slew_step)
-
-    def _approach(self, target_a: float, step_a: float) -> float:
-        change = target_a - self.current_a
-        if change > step_a:
-            change = step_a
-        elif change < -step_a:
-            change = -step_a
-        self.current_a += change
-        return self.current_a
+        return wanted

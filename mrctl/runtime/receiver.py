@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 from mrctl.can import e2e
 from mrctl.can.codec import make_decoder
@@ -23,13 +24,15 @@ class FrameReceiver:
         self, spec: FrameSpec, channels: Sequence[Sequence[Channel]], rejected: Counter[str]
     ) -> None:
         """rejected: where refused frames and values are counted, by reason."""
-        self._decode = make_decoder(spec)
+        # A value for each channel: a signal that nobody uses is not decoded, one with two users is twice.
+        pairs = [(s, channel) for s, used in zip(spec.signals, channels, strict=True) for channel in used]
+        self._decode = make_decoder(replace(spec, signals=tuple(signal for signal, _ in pairs)))
+        self.channels = tuple(channel for _, channel in pairs)
         self._check = e2e.check
         self._data_ids = spec.data_ids
         self._length = spec.length
         self._counter: int | None = None
         self._rejected = rejected
-        self.channels = tuple(tuple(of_signal) for of_signal in channels)
 
     def take(self, data: bytes, now: int) -> bool:
         """A payload that arrived in tick `now`; returns whether the frame was good (a value may not be)."""
@@ -44,16 +47,14 @@ class FrameReceiver:
         self._counter = counter
         if step > COUNTER_STEP_MAX:  # the next frame in order is accepted again
             return self._refuse(Fault.COUNTER)
-        for value, of_signal in zip(self._decode(data), self.channels):  # noqa: B905  # as many, and hot
-            for channel in of_signal:
-                fault = channel.take(value, now)
-                if fault is not NONE:
-                    self._rejected[fault.name.lower()] += 1
+        for value, channel in zip(self._decode(data), self.channels):  # noqa: B905  # as many, and hot
+            fault = channel.take(value, now)
+            if fault is not NONE:
+                self._rejected[fault.name.lower()] += 1
         return True
 
     def _refuse(self, fault: Fault) -> bool:
         self._rejected[fault.name.lower()] += 1
-        for of_signal in self.channels:
-            for channel in of_signal:
-                channel.refuse(fault)
+        for channel in self.channels:
+            channel.refuse(fault)
         return False

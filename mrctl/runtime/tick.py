@@ -81,24 +81,17 @@ class TickPlan:
 class _Sender:
     """A cyclic frame: when it is due, and with which counter it leaves."""
 
-    __slots__ = ("_counter", "_encode", "_every", "_id", "_next")
+    __slots__ = ("_counter", "_encode", "_every", "_id", "next")
 
     def __init__(self, spec: FrameSpec, every: int) -> None:
         self._encode = make_encoder(spec)
         self._id = spec.linux_id
         self._every = every
-        self._next = every
+        self.next = every  # the tick when the next is due
         self._counter = 0
 
-    def due(self, now: int) -> bool:
-        if now < self._next:
-            return False
-        self._next += self._every * (
-            (now - self._next) // self._every + 1
-        )  # what was skipped is not made up for
-        return True
-
-    def frame(self, values: Sequence[float]) -> Frame:
+    def frame(self, now: int, values: Sequence[float]) -> Frame:
+        self.next += self._every * ((now - self.next) // self._every + 1)  # what was skipped stays out
         self._counter += 1
         return self._id, self._encode(values, self._counter)
 
@@ -142,6 +135,10 @@ class Tick:
         self.guards = tuple(
             OutputGuard(c.current_max_a, c.slew_a_s, dt, c.limp_current_a, unit) for c in plan.corners
         )
+        self._guarded_corners = tuple(
+            (k, *pair) for k, pair in enumerate(zip(self.corners, self.guards, strict=True))
+        )
+        self._issued = [0.0] * len(plan.corners)  # the currents that may leave, in A
         self.guarded = [False] * len(plan.corners)  # since the last state frame
         self._command = _Sender(plan.command, plan.command_every)
         self._state = _Sender(plan.state, plan.state_every)
@@ -178,13 +175,14 @@ class Tick:
         off = self._off
         if off is None and now - self._last_good > self._silent_ticks:
             off = "BUS_SILENT"
-        for index, (corner, guard) in enumerate(zip(self.corners, self.guards, strict=True)):
-            wanted = corner.step(now, periods, starting=starting, off=off)
-            issued, stepped_in = guard.apply(wanted, corner.made_in, now)
-            corner.issued(issued)
+        states, issued = self._states, self._issued
+        for index, corner, guard in self._guarded_corners:
+            wanted = corner.step(now, periods, starting, off)
+            issued[index], stepped_in = guard.apply(wanted, corner.made_in, now)
+            corner.issued(issued[index])
             if stepped_in:
                 self.guarded[index] = True
-            if corner.state is not self._states[index]:
+            if corner.state is not states[index]:
                 self._note_change(index, corner)
         return self._frames_out(now, figures)
 
@@ -195,16 +193,16 @@ class Tick:
 
     def _frames_out(self, now: int, figures: LoopFigures | None) -> list[Frame]:
         out = []
-        if self._command.due(now):
-            out.append(self._command.frame([corner.current_a for corner in self.corners]))
-            self.at_rest = all(guard.raw == 0 for guard in self.guards)
-        if self._state.due(now):
-            out.append(self._state.frame(self._state_values()))
+        if now >= self._command.next:
+            out.append(self._command.frame(now, self._issued))
+            self.at_rest = not any(self._issued)
+        if now >= self._state.next:
+            out.append(self._state.frame(now, self._state_values()))
             self.guarded = [False] * len(self.corners)
-        if self._health.due(now):
+        if now >= self._health.next:
             loop = figures or LoopFigures()
             rejected, uptime_s = self.rejected.total(), now * self._plan.dt_s
-            out.append(self._health.frame([*loop, rejected, uptime_s]))
+            out.append(self._health.frame(now, [*loop, rejected, uptime_s]))
         return out
 
     def _state_values(self) -> list[float]:

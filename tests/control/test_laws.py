@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -59,7 +60,7 @@ def test_the_external_wish_is_the_only_law_that_may_ask_for_driving_forces():
 def jump_at_a_sign_change(law, motion, field):
     """How much the force jumps where one velocity changes its sign."""
     tiny = 1e-9
-    return abs(law(motion._replace(**{field: tiny})) - law(motion._replace(**{field: -tiny})))
+    return abs(law(replace(motion, **{field: tiny})) - law(replace(motion, **{field: -tiny})))
 
 
 @every_law
@@ -114,7 +115,7 @@ def test_law_needs_what_it_says_and_nothing_else(name):
     for role, (field, one, other) in fields.items():
         for v in (-0.3, -0.1, 0.05, 0.2):
             base = Motion(v, 0.1, 30.0, 0.0, 0.0)
-            if law(base._replace(**{field: one})) != law(base._replace(**{field: other})):
+            if law(replace(base, **{field: one})) != law(replace(base, **{field: other})):
                 used.add(role)
     assert used == LAWS[name].needs
 
