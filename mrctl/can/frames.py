@@ -18,7 +18,20 @@ SENSOR_FRAMES = {
 COMMAND_FRAMES = {"CurrentCommand": "Cur"}
 STATE_SIGNALS = ("State", "Cause", "Clamped", "Saturated", "Guarded")
 HEALTH_SIGNALS = ("LatenessP50", "LatenessP99", "LatenessMax", "Overruns", "Rejected", "Uptime")
-FRAMES_OUT = ("CurrentCommand", "ControllerState", "Health")
+TIMING_SIGNALS = ("LatenessP999", "DurationP50", "DurationP99", "DurationMax", "LongTicks")
+REJECT_SIGNALS = (
+    "RejectedCRC",
+    "RejectedCounter",
+    "RejectedRange",
+    "RejectedRate",
+    "RejectedNotAvail",
+    "RejectedLength",
+    "RejectedKind",
+    "Dropped",
+)
+OPTIONAL_FRAMES_OUT = ("HealthTiming", "HealthRejects")
+"""Sent where the DBC has them."""
+FRAMES_OUT = ("CurrentCommand", "ControllerState", "Health", *OPTIONAL_FRAMES_OUT)
 
 
 class State(IntEnum):
@@ -48,11 +61,13 @@ def signals_of(frame: str, dampers: Iterable[str]) -> tuple[str, ...]:
     """The signals of a frame that the dampers need, in the order in which codecs then take and give them.
 
     Sensor and command frames: one per damper. ControllerState: State, Cause, Clamped, Saturated, Guarded,
-    each for all dampers. Health: HEALTH_SIGNALS. Raises KeyError for a frame that mrctl does not know.
+    each for all dampers. Health, HealthTiming, HealthRejects: their signals. Raises KeyError
+    for a frame that mrctl does not know.
     """
     names = tuple(dampers)
-    if frame == "Health":
-        return HEALTH_SIGNALS
+    figures = {"Health": HEALTH_SIGNALS, "HealthTiming": TIMING_SIGNALS, "HealthRejects": REJECT_SIGNALS}
+    if frame in figures:
+        return figures[frame]
     if frame == "ControllerState":
         return tuple(f"{signal}_{name}" for signal in STATE_SIGNALS for name in names)
     prefix = {**SENSOR_FRAMES, **COMMAND_FRAMES}[frame]

@@ -25,13 +25,17 @@ ERR_BUS_OFF: Final = 0x040
 ERR_RESTARTED: Final = 0x100
 CONTROLLER_PASSIVE: Final = 0x30  # in data[1] of a controller error
 
+CAN_RAW_FD_FRAMES: Final = 5
+
 SO_RCVBUFFORCE: Final = 33
 SO_TIMESTAMPNS: Final = 35
 SO_RXQ_OVFL: Final = 40
 
+_SIOCGSTAMPNS: Final = 0x8907
 _SIOCGIFFLAGS: Final = 0x8913
 _SIOCGIFMTU: Final = 0x8921
 _IFF_UP: Final = 0x1
+_TIMESPEC: Final = "@ll"
 _STANDARD_MASK: Final = 0x7FF
 _EXTENDED_MASK: Final = 0x1FFFFFFF
 
@@ -52,6 +56,17 @@ def can_carry_fd(sock: Any, interface: str) -> bool:  # noqa: ANN401  # anything
     """Ask the kernel whether an interface is set up for CAN FD. Raises OSError where it does not exist."""
     (mtu,) = struct.unpack_from("=i", _interface_request(sock, interface, _SIOCGIFMTU), 16)
     return bool(mtu >= FD_FRAME.size)
+
+
+def last_stamp_s(sock: Any) -> float:  # noqa: ANN401  # as above
+    """When the frame that was received last reached the kernel, in s of the wall clock.
+
+    The first call on a socket turns the stamping on and raises OSError (ENOENT). A kernel without it raises
+    OSError too.
+    """
+    stamp = fcntl.ioctl(sock.fileno(), _SIOCGSTAMPNS, bytes(struct.calcsize(_TIMESPEC)))
+    seconds, nanoseconds = struct.unpack(_TIMESPEC, stamp)
+    return float(seconds + nanoseconds / 1e9)
 
 
 def _interface_request(sock: Any, interface: str, request: int) -> bytes:  # noqa: ANN401  # as above

@@ -14,6 +14,8 @@ from typing import Final, NamedTuple, Protocol
 FRAMES_PER_CALL: Final = 256
 """receive() gives at most so many at once: rubbish at full speed must not hold up the tick for ever."""
 
+STALE_AFTER_S: Final = 0.1
+
 _EVENTS_KEPT: Final = 64
 
 
@@ -32,6 +34,7 @@ LINK_EVENTS: Final = {
     "send_refused": "a frame could not be queued, the first of a row",
     "send_resumed": "frames can be queued again",
     "frames_dropped": "the receive buffer was full and frames were lost",
+    "frames_stale": "so many frames waited that the oldest were thrown away",
     "bus_off": "the controller took itself off the bus",
     "bus_restarted": "the controller is back on the bus",
     "bus_errors": "the controller counts many errors",
@@ -48,6 +51,8 @@ class PortCounters:
     send_failed: int = 0
     dropped: int = 0
     """Frames that the kernel dropped because the receive buffer was full."""
+    stale: int = 0
+    """Frames thrown away unread: they had waited for too long behind others."""
     error_frames: int = 0
     down: int = 0
     """How often the interface went down or away."""
@@ -82,7 +87,8 @@ class Port(Protocol):
     def receive(self) -> list[tuple[int, bytes]]:
         """Everything that waits, oldest first, at most FRAMES_PER_CALL: (identifier, payload).
 
-        The identifier is Linux' canid_t: bit 31 extended, bit 30 remote frame, bit 29 error frame.
+        The identifier is Linux' canid_t: bit 31 extended, bit 30 remote frame, bit 29 error frame; bit 32 is
+        a CAN FD frame on a port for classic ones.
         """
 
     def send(self, can_id: int, data: bytes) -> bool:
@@ -103,19 +109,22 @@ def open_port(
     wanted_ids: Iterable[int],
     *,
     data_bitrate: int | None = None,
+    stale_after_s: float = STALE_AFTER_S,
 ) -> Port:
     """Open a bus and give its port.
 
     interface, channel: as python-can names them, for example `socketcan` and `can0`. bitrate, data_bitrate:
     bit/s; SocketCAN ignores them, its interface has been set up by the system. fd: send CAN FD frames with a
     bit rate switch, receive such too. wanted_ids: identifiers to receive, bit 31 set for extended ones; no
-    other data frame comes through. Raises BusError with the mend where the bus cannot be opened.
+    other data frame comes through. stale_after_s: frames that waited for longer behind FRAMES_PER_CALL others
+    are thrown away (SocketCAN only, by the kernel's time stamps). Raises BusError with the mend where
+    the bus cannot be opened.
     """
     wanted = frozenset(wanted_ids)
     if interface == "socketcan":
         from mrctl.can.socketcan_port import open_socketcan  # noqa: PLC0415  # each bus loads its own driver only
 
-        return open_socketcan(channel, wanted, fd=fd)
+        return open_socketcan(channel, wanted, fd=fd, stale_after_s=stale_after_s)
     from mrctl.can.python_can_port import open_python_can  # noqa: PLC0415  # as above
 
     return open_python_can(interface, channel, wanted, bitrate=bitrate, data_bitrate=data_bitrate, fd=fd)

@@ -7,7 +7,7 @@ from typing import Any
 
 from mrctl.can.ports import FRAMES_PER_CALL, EventLog, LinkEvent, PortCounters
 from mrctl.can.quiet_import import can
-from mrctl.can.specs import ERROR_FLAG, EXTENDED_FLAG, REMOTE_FLAG
+from mrctl.can.specs import ERROR_FLAG, EXTENDED_FLAG, FD_FLAG, REMOTE_FLAG
 from mrctl.errors import BusError
 
 
@@ -70,7 +70,11 @@ class PythonCanPort:
                 self.counters.error_frames += 1
                 frames.append((can_id | ERROR_FLAG, bytes(message.data)))
             elif can_id in self._wanted and message.is_rx:
-                frames.append((can_id | (REMOTE_FLAG if message.is_remote_frame else 0), bytes(message.data)))
+                if message.is_remote_frame:
+                    can_id |= REMOTE_FLAG
+                elif message.is_fd and not self._fd:
+                    can_id |= FD_FLAG
+                frames.append((can_id, bytes(message.data)))
         self.counters.received += len(frames)
         return frames
 

@@ -4,6 +4,9 @@ python-can opens the socket; frames then go through the raw socket, four times f
 messages. What the kernel does (net/can/raw.c), and what follows:
 
 - a full receive buffer drops frames in silence: SO_RXQ_OVFL counts them, and the buffer is made large;
+- after a stop (SIGSTOP, a hung system) thousands of old frames wait: by the kernel's time stamps those that
+  are stale are thrown away, so that none passes for fresh;
+- CAN FD frames reach a socket only where it asks for them: it does, so that they are counted;
 - an interface that goes down reports ENETDOWN once, and the same socket works when it is up again;
 - an interface that is removed reports ENODEV once, forgets the socket's filters and unbinds it: filters and
   bind() must be repeated once it is there again, tried every 100 ms.
@@ -22,17 +25,20 @@ from enum import Enum
 from typing import Any, Final, Protocol
 
 from mrctl.can import linux
-from mrctl.can.ports import FRAMES_PER_CALL, EventLog, LinkEvent, PortCounters
+from mrctl.can.ports import FRAMES_PER_CALL, STALE_AFTER_S, EventLog, LinkEvent, PortCounters
 from mrctl.can.quiet_import import can
-from mrctl.can.specs import ERROR_FLAG
+from mrctl.can.specs import ERROR_FLAG, FD_FLAG
 from mrctl.errors import BusError
 
 RETRY_S: Final = 0.1
 RECEIVE_BUFFER_BYTES: Final = 4 << 20
+STALE_CALLS_MAX: Final = 64
+"""receive() throws away at most so many times FRAMES_PER_CALL stale frames at once."""
 
 _DOWN: Final = frozenset({errno.ENETDOWN})
 _GONE: Final = frozenset({errno.ENODEV, errno.ENXIO})
 _LONGEST: Final = linux.FD_FRAME.size
+_CLASSIC: Final = linux.CLASSIC_FRAME.size
 _ANCILLARY_BYTES: Final = socket.CMSG_SPACE(4)  # room for SO_RXQ_OVFL
 _NO_SOCKETCAN: Final = frozenset({errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT})
 
@@ -51,7 +57,9 @@ class _Bus(Protocol):
     def shutdown(self) -> None: ...
 
 
-def open_socketcan(channel: str, wanted_ids: Collection[int], *, fd: bool) -> SocketCanPort:
+def open_socketcan(
+    channel: str, wanted_ids: Collection[int], *, fd: bool, stale_after_s: float = STALE_AFTER_S
+) -> SocketCanPort:
     """Open a SocketCAN interface. Raises BusError with the mend where it is missing or cannot do CAN FD."""
     virtual = channel.startswith("vcan")
     with contextlib.ExitStack() as undo:
@@ -70,7 +78,7 @@ def open_socketcan(channel: str, wanted_ids: Collection[int], *, fd: bool) -> So
                     f"CAN interface {channel} is not set up for CAN FD; set it down, "
                     f"sudo ip link set {channel} {mend}, and up again"
                 )
-            port = SocketCanPort(bus, channel, wanted_ids, fd=fd)
+            port = SocketCanPort(bus, channel, wanted_ids, fd=fd, stale_after_s=stale_after_s)
         except (OSError, can.CanError) as error:
             number = getattr(error, "errno", None)
             if number in _GONE:
@@ -94,14 +102,18 @@ class SocketCanPort:
         wanted_ids: Collection[int],
         *,
         fd: bool = False,
+        stale_after_s: float = STALE_AFTER_S,
         clock_s: Callable[[], float] = time.monotonic,
+        wall_clock_s: Callable[[], float] = time.time,
     ) -> None:
         self.counters = PortCounters()
         self.channel = channel
         self._bus = bus
         self._socket = bus.socket
         self._fd = fd
+        self._stale_after_s = stale_after_s
         self._clock_s = clock_s
+        self._wall_clock_s = wall_clock_s
         self._filters = b"".join(linux.receive_filter(can_id) for can_id in sorted(set(wanted_ids)))
         self._events = EventLog()
         self._link = _Link.UP
@@ -113,7 +125,14 @@ class SocketCanPort:
         self._prepare()
 
     def receive(self) -> list[tuple[int, bytes]]:
-        """Everything that waits; see Port."""
+        """Everything that waits, but for stale frames; see Port."""
+        frames = self._receive()
+        if len(frames) == FRAMES_PER_CALL:
+            frames = self._without_stale(frames)
+        self.counters.received += len(frames)
+        return frames
+
+    def _receive(self) -> list[tuple[int, bytes]]:
         if self._link is not _Link.UP:
             self._try_again()
         frames: list[tuple[int, bytes]] = []
@@ -137,8 +156,28 @@ class SocketCanPort:
             data = frame[offset : offset + length]
             if can_id & ERROR_FLAG:
                 self._bus_error(can_id, data)
+            elif len(frame) > _CLASSIC and not self._fd:
+                can_id |= FD_FLAG
             frames.append((can_id, data))
-        self.counters.received += len(frames)
+        return frames
+
+    def _without_stale(self, frames: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+        """More wait behind these: where the last of them is stale all are, and the next are looked at.
+
+        Both clocks are the wall clock, so its steps only concern what waits when it steps.
+        """
+        thrown = 0
+        with contextlib.suppress(OSError):  # a kernel without time stamps
+            for _ in range(STALE_CALLS_MAX):
+                if self._wall_clock_s() - linux.last_stamp_s(self._socket) <= self._stale_after_s:
+                    break
+                thrown += len(frames)
+                frames = self._receive()
+                if len(frames) < FRAMES_PER_CALL:
+                    break
+        if thrown:
+            self.counters.stale += thrown
+            self._events.add("frames_stale", f"{self.channel}: {thrown} frames had waited for too long")
         return frames
 
     def send(self, can_id: int, data: bytes) -> bool:
@@ -174,13 +213,15 @@ class SocketCanPort:
         """Set the socket up once: it never waits, says what it drops, and holds a long burst."""
         self._socket.setblocking(False)
         for option, value in (
-            (linux.SO_TIMESTAMPNS, 0),  # python-can asks for them, nobody here reads them
+            (linux.SO_TIMESTAMPNS, 0),  # python-can asks for one beside each frame; see last_stamp_s
             (linux.SO_RXQ_OVFL, 1),
             (socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES),
             (linux.SO_RCVBUFFORCE, RECEIVE_BUFFER_BYTES),  # beyond rmem_max: for those who may
         ):
             with contextlib.suppress(OSError):
                 self._socket.setsockopt(socket.SOL_SOCKET, option, value)
+        with contextlib.suppress(OSError):
+            linux.last_stamp_s(self._socket)
         self._set_filters()
         try:
             if not linux.interface_is_up(self._socket, self.channel):
@@ -190,6 +231,7 @@ class SocketCanPort:
 
     def _set_filters(self) -> None:
         errors = struct.pack("=I", linux.ERR_CONTROLLER | linux.ERR_BUS_OFF | linux.ERR_RESTARTED)
+        self._socket.setsockopt(linux.SOL_CAN_RAW, linux.CAN_RAW_FD_FRAMES, 1)
         self._socket.setsockopt(linux.SOL_CAN_RAW, linux.CAN_RAW_ERR_FILTER, errors)
         self._socket.setsockopt(linux.SOL_CAN_RAW, linux.CAN_RAW_FILTER, self._filters)
 

@@ -9,6 +9,8 @@ from typing import Final
 EXTENDED_FLAG: Final = 0x80000000
 REMOTE_FLAG: Final = 0x40000000
 ERROR_FLAG: Final = 0x20000000
+# Not of Linux, which tells them by their size: a CAN FD frame on a port that is for classic ones.
+FD_FLAG: Final = 0x1_00000000
 
 
 @dataclass(frozen=True, slots=True)

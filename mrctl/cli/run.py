@@ -6,7 +6,7 @@ import argparse
 
 from mrctl.config import load_config
 from mrctl.runtime.daemon import Daemon
-from mrctl.runtime.log import make_logger
+from mrctl.runtime.log import daemon_logger
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,7 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--duration", type=float, metavar="SECONDS", help="stop by itself after so long")
     parser.epilog = """\
 Reads sensor frames, sends current commands. SIGTERM or Ctrl-C ramps every current to 0 A, sends a last 0 A
-frame and ends. Under systemd (Type=notify) it reports readiness, status and a watchdog from the tick.
+frame and ends. SIGHUP takes changed calibrations over between two ticks, or says why not and keeps the old
+ones. Under systemd (Type=notify) it reports readiness, status and a watchdog from the tick.
 
 examples:
   sudo ip link add vcan0 type vcan && sudo ip link set vcan0 up
@@ -30,4 +31,5 @@ examples:
 def run(args: argparse.Namespace) -> int:
     """Run the daemon until it is told to stop."""
     config = load_config(args.config).on_bus(args.channel, args.interface)
-    return Daemon(config, make_logger(config.log.level)).run(args.duration)
+    with daemon_logger(config.log.level) as log:
+        return Daemon(config, log).run(args.duration)

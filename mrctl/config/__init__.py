@@ -11,6 +11,7 @@ from mrctl.config.models import (
     LogConfig,
     LoopConfig,
     PlantConfig,
+    RealtimeConfig,
     SafetyConfig,
 )
 from mrctl.config.signal_rules import SignalRules
@@ -25,6 +26,7 @@ __all__ = [
     "LogConfig",
     "LoopConfig",
     "PlantConfig",
+    "RealtimeConfig",
     "SafetyConfig",
     "SignalRules",
     "config_from_document",

@@ -15,6 +15,7 @@ from mrctl.config.models import (
     LogConfig,
     LoopConfig,
     PlantConfig,
+    RealtimeConfig,
     SafetyConfig,
 )
 from mrctl.config.signal_rules import SignalRules
@@ -54,6 +55,7 @@ class Config:
     signals: Mapping[str, SignalRules]
     safety: SafetyConfig
     frames: FramesConfig
+    realtime: RealtimeConfig
     log: LogConfig
     plant: PlantConfig
     bus_load: BusLoad  # at worst, with the rates in `frames`

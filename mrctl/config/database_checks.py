@@ -10,7 +10,7 @@ from typing import Any
 from mrctl.can.busload import BusLoad, FrameRate, bus_load
 from mrctl.can.database import load_database
 from mrctl.can.dbc_file import DbcFile
-from mrctl.can.frames import FRAMES_OUT, signals_of
+from mrctl.can.frames import FRAMES_OUT, OPTIONAL_FRAMES_OUT, signals_of
 from mrctl.can.specs import FrameSpec, SignalSpec
 from mrctl.config.checks import nearest
 from mrctl.config.models import ConfigFile
@@ -19,7 +19,13 @@ from mrctl.yaml_source import Findings
 
 COMMAND_FRAME = "CurrentCommand"
 # Of the frames that go out: Hz where the configuration does not say, at most the loop's rate.
-_SEND_HZ = {"CurrentCommand": 1e9, "ControllerState": 50.0, "Health": 10.0}
+_SEND_HZ = {
+    "CurrentCommand": 1e9,
+    "ControllerState": 50.0,
+    "Health": 10.0,
+    "HealthTiming": 1.0,
+    "HealthRejects": 1.0,
+}
 
 
 def suffix_of(command: str) -> str:
@@ -58,6 +64,9 @@ def check_database(file: ConfigFile, path: Path | None, findings: Findings) -> B
     except InputError as error:
         findings.problems += error.problems
         return frames
+    for name in OPTIONAL_FRAMES_OUT:
+        if name not in messages and name not in file.frames.send:
+            del frames.send[name]
     home = {signal.name: name for name, message in messages.items() for signal in message.signals}
     frames.receive = _receive_rates(file, messages, home)
     received = _received(file, messages, home, frames, findings)
@@ -134,6 +143,8 @@ def _sent(file: ConfigFile, messages: Mapping[str, Any], findings: Findings) -> 
     required: dict[str, list[str]] = {}
     for frame in FRAMES_OUT:
         if frame not in messages:
+            if frame in OPTIONAL_FRAMES_OUT and frame not in file.frames.send:
+                continue
             findings.add((), f"the DBC has no frame {frame}", "add it to the DBC")
             continue
         there = [signal.name for signal in messages[frame].signals]

@@ -155,6 +155,7 @@ def _config(
         signals=MappingProxyType(file.signals.by_role()),
         safety=file.safety,
         frames=FramesConfig(MappingProxyType(frames.receive), MappingProxyType(frames.send)),
+        realtime=file.realtime,
         log=file.log,
         plant=file.plant,
         bus_load=frames.load or BusLoad((), 0.0),

@@ -103,6 +103,19 @@ class FramesEntry(StrictModel):
     send: dict[str, Rate] = Field(default={}, description="frame: Hz")
 
 
+class RealtimeConfig(StrictModel):
+    """What the daemon asks of the system; what is refused is said in the log, and it runs all the same."""
+
+    priority: int | None = Field(
+        default=None, ge=1, le=99, description="SCHED_FIFO priority; null leaves what it was started with"
+    )
+    cpus: Annotated[list[Annotated[int, Field(ge=0, le=4095)]], Field(min_length=1)] | None = Field(
+        default=None, description="processors to run on; null leaves what it was started with"
+    )
+    lock_memory: bool = Field(default=True, description="no page of its memory goes to disk")
+    freeze_gc: bool = Field(default=True, description="no garbage collection while it runs")
+
+
 class LogConfig(StrictModel):
     """What the log says."""
 
@@ -136,5 +149,6 @@ class ConfigFile(StrictModel):
     signals: SignalRulesFile = SignalRulesFile()
     safety: SafetyConfig = SafetyConfig()
     frames: FramesEntry = FramesEntry()
+    realtime: RealtimeConfig = RealtimeConfig()
     log: LogConfig = LogConfig()
     plant: PlantConfig = PlantConfig()

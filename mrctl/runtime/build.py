@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mrctl.can.database import load_database
 from mrctl.can.dbc_file import DbcFile
-from mrctl.can.frames import HEALTH_SIGNALS, STATE_SIGNALS
+from mrctl.can.frames import OPTIONAL_FRAMES_OUT, STATE_SIGNALS, signals_of
 from mrctl.can.specs import FrameSpec
 from mrctl.config import Config
 from mrctl.control.laws import LAWS, make_law
@@ -47,6 +47,9 @@ def plan_of(config: Config) -> TickPlan:
         state_every=round(rate_hz / send["ControllerState"]),
         health=outputs["Health"],
         health_every=round(rate_hz / send["Health"]),
+        figures=tuple(
+            (outputs[name], round(rate_hz / send[name])) for name in OPTIONAL_FRAMES_OUT if name in outputs
+        ),
         good_frames=config.safety.reentry_good_frames,
         init_timeout_s=config.safety.init_timeout_s,
         bus_silent_off_s=config.safety.bus_silent_off_s,
@@ -59,9 +62,11 @@ def frame_specs(config: Config) -> dict[str, FrameSpec]:
     # The state signals carry the same suffix as the damper's command: Cur_FL, State_FL.
     suffixes = [command.partition("_")[2] for command in commands]
     states = [f"{signal}_{suffix}" for signal in STATE_SIGNALS for suffix in suffixes]
+    figures = [name for name in ("Health", *OPTIONAL_FRAMES_OUT) if name in config.frames.send]
     return load_database(
         config.database,
-        {"CurrentCommand": commands, "ControllerState": states, "Health": HEALTH_SIGNALS},
+        {"CurrentCommand": commands, "ControllerState": states}
+        | {name: signals_of(name, ()) for name in figures},
     )
 
 

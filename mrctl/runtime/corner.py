@@ -124,23 +124,27 @@ class Corner:
             )
         self._motion = Motion(0.0, 0.0, 0.0)
         self._law, self._substitute_law = plan.law, plan.substitute_law
-        self._map = current_map = plan.make_map(dt_s)
-        self._command: Callable[[float, float, float], float] = current_map.step
-        if isinstance(current_map, InversePipeline):  # a damper with effects, some of which want its stroke
-            stroke, with_stroke = self._displacement, current_map.step
-            self._command = lambda wish, v, temperature: with_stroke(wish, v, temperature, stroke.value)
         self._slew_step = plan.slew_a_s * dt_s
         self._off_step = min(self._slew_step, plan.current_max_a * dt_s / plan.off_ramp_s)
         self._limp_a = plan.limp_current_a
-        self._coldest_c, self._hottest_c = plan.temperature_valid_c.low, plan.temperature_valid_c.high
-        self._running = False  # whether the current map followed the wish in the last tick
         self.state = INIT
         self.cause = START_UP  # a role and its fault, or another cause
         self.current_a = 0.0
+        self.recalibrate(plan.make_map(dt_s), plan.temperature_valid_c)
         self.wish_n = 0.0
         self.made_in = -1
         self.clamped = False
         self.saturated = False
+
+    def recalibrate(self, current_map: CurrentMap, temperature_valid_c: Span) -> None:
+        """Command through another current map from the next tick on; the current goes on from where it is."""
+        self._map = current_map
+        self._command: Callable[[float, float, float], float] = current_map.step
+        if isinstance(current_map, InversePipeline):  # a damper with effects, some of which want its stroke
+            stroke, with_stroke = self._displacement, current_map.step
+            self._command = lambda wish, v, temperature: with_stroke(wish, v, temperature, stroke.value)
+        self._coldest_c, self._hottest_c = temperature_valid_c.low, temperature_valid_c.high
+        self._running = False  # whether the current map followed the wish in the last tick
 
     def step(self, now: int, periods: int, starting: bool, off: str | None) -> float:  # noqa: FBT001  # hot
         """The current wanted in tick `now`, in A.

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-import gc
+import select
 import signal
+import sys
 import time
 from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-from mrctl.can.frames import State
 from mrctl.can.ports import Port, open_port
 from mrctl.config import Config
+from mrctl.runtime import realtime
 from mrctl.runtime.build import plan_of
 from mrctl.runtime.loop import Loop
 from mrctl.runtime.notify import Notifier
-from mrctl.runtime.tick import StateChange, Tick
+from mrctl.runtime.reload import Reloader
+from mrctl.runtime.swap import CalibrationSwap
+from mrctl.runtime.tell import Teller
+from mrctl.runtime.tick import Tick
 
 # Reports to the service manager for each time-out of its watchdog: one may be lost.
 REPORTS_PER_WATCHDOG = 4
 # After SIGTERM the ramp gets this many times its planned length before the daemon ends all the same.
 RAMP_PATIENCE = 3.0
-STATUS_EVERY_S = 10.0
 
 
 class Daemon:
@@ -33,36 +36,43 @@ class Daemon:
         self._log = log
         self._notifier = Notifier()
         self._tick = Tick(plan_of(config))
+        self._reloader = Reloader(config)
         bus = config.bus
-        self._port: Port = open_port(
-            bus.interface,
-            bus.channel,
-            bus.bitrate,
-            bus.fd,
-            self._tick.wanted_ids,
-            data_bitrate=bus.data_bitrate,
-        )
+        try:
+            self._port: Port = open_port(
+                bus.interface,
+                bus.channel,
+                bus.bitrate,
+                bus.fd,
+                self._tick.wanted_ids,
+                data_bitrate=bus.data_bitrate,
+                stale_after_s=min(rules.timeout_ms for rules in config.signals.values()) / 1000.0,
+            )
+        except BaseException:
+            self._reloader.close()
+            raise
+        self._swap = CalibrationSwap(config, self._tick, self._reloader, log)
         rate_hz = config.loop.rate_hz
         self._loop = Loop(self._tick, self._port, rate_hz, after_tick=self._after_tick)
+        self._teller = Teller(config, self._tick, self._loop, self._port, self._notifier, log)
         watchdog_s = self._notifier.watchdog_s()
         self._report_every = (
-            None if watchdog_s is None else _ticks(watchdog_s / REPORTS_PER_WATCHDOG, rate_hz)
+            None if watchdog_s is None else max(1, round(watchdog_s / REPORTS_PER_WATCHDOG * rate_hz))
         )
-        self._status_every = _ticks(STATUS_EVERY_S, rate_hz)
         self._stop_signal: int | None = None
         self._give_up_at: float | None = None
-        self._rejected_before: dict[str, int] = {}
+        self._on_terminal = sys.stderr.isatty()
 
     def run(self, duration_s: float | None = None) -> int:
         """Run until SIGTERM, SIGINT or for duration_s; ramp to 0 A, send a last 0 A frame; exit status."""
         config, log = self._config, self._log
-        before = {
-            number: signal.signal(number, self._on_signal) for number in (signal.SIGTERM, signal.SIGINT)
+        handlers = {
+            signal.SIGTERM: self._on_stop,
+            signal.SIGINT: self._on_stop,
+            signal.SIGHUP: self._on_hangup,
         }
-        # The tick makes no reference cycles; a collection in the middle of it would cost milliseconds.
-        gc.collect()
-        gc.freeze()
-        gc.disable()
+        before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+        taken = realtime.enter(config.realtime)
         try:
             log.info(
                 "running",
@@ -73,21 +83,25 @@ class Daemon:
                 dampers=list(config.dampers),
                 calibrations=sorted({c.name for c in config.calibrations.values()}),
             )
+            (log.warning if taken.refused else log.info)(
+                "realtime", **taken.granted, **({"refused": taken.refused} if taken.refused else {})
+            )
             self._notifier.tell("READY=1", f"STATUS=running on {config.bus.channel}")
             ends = None if duration_s is None else time.monotonic() + duration_s
             self._loop.run(self._until(ends))
         finally:
-            gc.enable()
-            gc.unfreeze()
+            realtime.leave(taken)
             for number, handler in before.items():
                 signal.signal(number, handler)
             self._port.close()
+            self._reloader.close()
         log.info(
             "stopped",
             ticks=self._loop.ticks,
             skipped=self._loop.skipped,
             unsent=self._loop.unsent,
             rejected=dict(self._tick.rejected),
+            dropped=self._port.counters.dropped,
             at_rest=self._tick.at_rest,
         )
         return 0 if self._tick.at_rest else 1
@@ -111,52 +125,26 @@ class Daemon:
         self._tick.shut_down()
         self._give_up_at = time.monotonic() + RAMP_PATIENCE * self._config.safety.off_ramp_s + 1.0
 
-    def _on_signal(self, number: int, _frame: FrameType | None) -> None:
+    def _on_stop(self, number: int, _frame: FrameType | None) -> None:
         self._stop_signal = number
+
+    def _on_hangup(self, number: int, _frame: FrameType | None) -> None:
+        """Reload; but a terminal that was closed takes its controller with it."""
+        if self._on_terminal and _has_hung_up(2):
+            self._stop_signal = number
+        else:
+            self._swap.wanted = True
 
     def _after_tick(self, ticks: int) -> None:
         """In the slack of each tick: the watchdog, and what there is to say."""
         if self._report_every is not None and ticks % self._report_every == 0:
             self._notifier.tell("WATCHDOG=1")
-        changes = self._tick.changes
-        if changes:
-            self._say_changes(changes)
-            changes.clear()
-        for event in self._port.take_events():
-            self._log.warning(event.kind, detail=event.detail)
-        if ticks % self._status_every == 0:
-            self._say_status()
-
-    def _say_changes(self, changes: list[StateChange]) -> None:
-        """One line for all dampers that went the same way for the same cause."""
-        together: dict[tuple[State, State, str], list[StateChange]] = {}
-        for change in changes:
-            together.setdefault((change.before, change.after, change.cause), []).append(change)
-        for (before, after, cause), same in together.items():
-            self._log.info(
-                "state",
-                before=before.name,
-                after=after.name,
-                cause=cause,
-                dampers=[change.damper for change in same],
-                tick=same[-1].tick,
-            )
-
-    def _say_status(self) -> None:
-        states = ", ".join(
-            f"{name} {corner.state.name}"
-            for name, corner in zip(self._config.dampers, self._tick.corners, strict=True)
-        )
-        figures = self._loop.figures
-        self._notifier.tell(
-            f"STATUS={states}; late p99 {figures.lateness_p99_us:.0f} us; {self._loop.skipped} skipped"
-        )
-        rejected = dict(self._tick.rejected)
-        if rejected != self._rejected_before:
-            new = {k: n - self._rejected_before.get(k, 0) for k, n in rejected.items()}
-            self._log.warning("rejected frames", **{k: n for k, n in new.items() if n})
-            self._rejected_before = rejected
+        if self._swap.active:
+            self._swap.advance()
+        self._teller.after_tick(ticks)
 
 
-def _ticks(seconds: float, rate_hz: float) -> int:
-    return max(1, round(seconds * rate_hz))
+def _has_hung_up(descriptor: int) -> bool:
+    poll = select.poll()
+    poll.register(descriptor, 0)
+    return any(events & (select.POLLHUP | select.POLLERR) for _, events in poll.poll(0))

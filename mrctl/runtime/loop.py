@@ -11,14 +11,18 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from mrctl.runtime.lateness import Lateness
+from mrctl.can.ports import PortCounters
+from mrctl.runtime.histogram import Histogram
 from mrctl.runtime.tick import Frame, LoopFigures, Tick
 
 NANOSECONDS = 1_000_000_000
+_FRACTIONS = (0.5, 0.99, 0.999)
 
 
 class FramePort(Protocol):
     """What the loop needs of a bus."""
+
+    counters: PortCounters
 
     def receive(self) -> list[Frame]:
         """All frames that have arrived; never waits."""
@@ -28,7 +32,10 @@ class FramePort(Protocol):
 
 
 class Loop:
-    """Runs a tick at a fixed rate on a port until told to stop."""
+    """Runs a tick at a fixed rate on a port until told to stop.
+
+    `figures` are those of the last second; `lateness` and `duration` collect until somebody clears them.
+    """
 
     def __init__(
         self,
@@ -47,10 +54,12 @@ class Loop:
         self._after_tick = after_tick
         self._clock_ns = clock_ns
         self._sleep_s = sleep_s
-        self._lateness = Lateness()
+        self._second = Histogram(), Histogram()
+        self.lateness, self.duration = Histogram(), Histogram()
         self._window = max(1, round(rate_hz))  # the health figures are those of the last second
         self.ticks = 0
         self.skipped = 0
+        self.long_ticks = 0  # that took longer than a period
         self.unsent = 0  # frames that the bus did not take
         self.figures = LoopFigures()
 
@@ -60,28 +69,53 @@ class Loop:
         ticks + skipped is the number of periods elapsed, exactly.
         """
         period, clock, sleep = self._period_ns, self._clock_ns, self._sleep_s
-        tick, port, lateness = self._tick, self._port, self._lateness
+        tick, port = self._tick, self._port
+        add_lateness, add_duration = (histogram.add for histogram in self._second)
         due = clock() + period
         while True:
             wait = due - clock()
             if wait > 0:
                 sleep(wait / NANOSECONDS)
-            late = clock() - due
+            woke = clock()
+            late = woke - due
             missed = 0
             if late >= period:
                 missed = late // period
                 self.skipped += missed
                 due += missed * period
-            lateness.add(late)
             for can_id, data in tick.step(port.receive(), 1 + missed, self.figures):
                 if not port.send(can_id, data):
                     self.unsent += 1
+            took = clock() - woke
+            if took > period:
+                self.long_ticks += 1
+            add_lateness(late)
+            add_duration(took)
             self.ticks += 1
             due += period
             if self.ticks % self._window == 0:
-                self.figures = LoopFigures(*lateness.percentiles_us(), overruns=self.skipped)
-                lateness.clear()
+                self._end_second()
             if self._after_tick is not None:
                 self._after_tick(self.ticks)
             if until():
                 return
+
+    def _end_second(self) -> None:
+        lateness, duration = self._second
+        late, took = lateness.quantiles_us(_FRACTIONS), duration.quantiles_us(_FRACTIONS)
+        self.figures = LoopFigures(
+            late[0],
+            late[1],
+            lateness.max_us,
+            self.skipped,
+            late[2],
+            took[0],
+            took[1],
+            duration.max_us,
+            self.long_ticks,
+            self._port.counters.dropped,
+        )
+        self.lateness.merge(lateness)
+        self.duration.merge(duration)
+        lateness.clear()
+        duration.clear()

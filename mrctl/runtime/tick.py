@@ -7,13 +7,13 @@ which frames belong to a tick.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from mrctl.can.codec import make_encoder
 from mrctl.can.frames import CAUSE_CODE, State
-from mrctl.can.specs import ERROR_FLAG, REMOTE_FLAG, FrameSpec
+from mrctl.can.specs import ERROR_FLAG, FD_FLAG, REMOTE_FLAG, FrameSpec
 from mrctl.runtime.channel import Channel, ChannelRules, Fault
 from mrctl.runtime.corner import Corner, CornerPlan
 from mrctl.runtime.guard import OutputGuard
@@ -35,13 +35,23 @@ CAUSE_SOURCE = {
 _SILENT_CODE = CAUSE_CODE["RELATIVE_VELOCITY_MISSING"]
 
 
+# In the order of HealthRejects.
+_REASONS = ("crc", "counter", "range", "rate", "not_available", "malformed")
+
+
 class LoopFigures(NamedTuple):
-    """What the loop tells the health frame; lateness in µs."""
+    """What the loop tells the health frames: times in µs of the last second, counts since the start."""
 
     lateness_p50_us: float = 0.0
     lateness_p99_us: float = 0.0
     lateness_max_us: float = 0.0
-    overruns: int = 0
+    skipped: int = 0
+    lateness_p999_us: float = 0.0
+    duration_p50_us: float = 0.0
+    duration_p99_us: float = 0.0
+    duration_max_us: float = 0.0
+    long_ticks: int = 0  # that took longer than a period
+    dropped: int = 0  # frames that the receive buffer lost
 
 
 class StateChange(NamedTuple):
@@ -58,8 +68,8 @@ class StateChange(NamedTuple):
 class TickPlan:
     """All that the tick is built from.
 
-    frames_in: spec and, signal by signal, the (damper index, role) pairs that it feeds. The three frames
-    that go out, each with the number of ticks from one to the next.
+    frames_in: spec and, signal by signal, the (damper index, role) pairs that it feeds. The frames that go
+    out, each with the number of ticks from one to the next; figures: HealthTiming, HealthRejects or neither.
     """
 
     dt_s: float
@@ -76,6 +86,7 @@ class TickPlan:
     good_frames: int
     init_timeout_s: float
     bus_silent_off_s: float
+    figures: tuple[tuple[FrameSpec, int], ...] = ()
 
 
 class _Sender:
@@ -141,8 +152,17 @@ class Tick:
         self._issued = [0.0] * len(plan.corners)  # the currents that may leave, in A
         self.guarded = [False] * len(plan.corners)  # since the last state frame
         self._command = _Sender(plan.command, plan.command_every)
-        self._state = _Sender(plan.state, plan.state_every)
-        self._health = _Sender(plan.health, plan.health_every)
+        self._slow: list[tuple[_Sender, Callable[[LoopFigures], list[float]]]] = [
+            (_Sender(plan.state, plan.state_every), self._state_values),
+            (_Sender(plan.health, plan.health_every), self._health_values),
+        ]
+        values = {"HealthTiming": self._timing_values, "HealthRejects": self._reject_values}
+        self._slow += [(_Sender(spec, every), values[spec.name]) for spec, every in plan.figures]
+        self._next_slow = 0  # the tick when the next of these is due, or a second is over
+        self._second_ticks = max(1, round(1.0 / dt))
+        self._next_second = self._second_ticks
+        self._rejected_before: Counter[str] = Counter()
+        self._rejected_lately: Counter[str] = Counter()  # in the last whole second
         self._states = [corner.state for corner in self.corners]
 
     @property
@@ -196,23 +216,41 @@ class Tick:
         if now >= self._command.next:
             out.append(self._command.frame(now, self._issued))
             self.at_rest = not any(self._issued)
-        if now >= self._state.next:
-            out.append(self._state.frame(now, self._state_values()))
-            self.guarded = [False] * len(self.corners)
-        if now >= self._health.next:
-            loop = figures or LoopFigures()
-            rejected, uptime_s = self.rejected.total(), now * self._plan.dt_s
-            out.append(self._health.frame(now, [*loop, rejected, uptime_s]))
+        if now >= self._next_slow:
+            self._slow_frames(now, figures or LoopFigures(), out)
         return out
 
-    def _state_values(self) -> list[float]:
-        corners = self.corners
+    def _slow_frames(self, now: int, figures: LoopFigures, out: list[Frame]) -> None:
+        if now >= self._next_second:
+            self._next_second += self._second_ticks * ((now - self._next_second) // self._second_ticks + 1)
+            self._rejected_lately = self.rejected - self._rejected_before
+            self._rejected_before = self.rejected.copy()
+        for sender, values in self._slow:
+            if now >= sender.next:
+                out.append(sender.frame(now, values(figures)))
+        self._next_slow = min(self._next_second, *(sender.next for sender, _ in self._slow))
+
+    def _health_values(self, figures: LoopFigures) -> list[float]:
+        return [*figures[:4], self._rejected_lately.total(), self.now * self._plan.dt_s]
+
+    @staticmethod
+    def _timing_values(figures: LoopFigures) -> list[float]:
+        return list(figures[4:9])
+
+    def _reject_values(self, figures: LoopFigures) -> list[float]:
+        lately = self._rejected_lately
+        kinds = sum(lately[kind] for kind in ("remote_frame", "error_frame", "fd_frame"))
+        return [*(lately[reason] for reason in _REASONS), kinds, figures.dropped]
+
+    def _state_values(self, _figures: LoopFigures) -> list[float]:
+        corners, guarded = self.corners, self.guarded
+        self.guarded = [False] * len(corners)
         return [
             *(corner.state for corner in corners),
             *(CAUSE_CODE.get(self.cause_of(corner), _SILENT_CODE) for corner in corners),
             *(corner.clamped for corner in corners),
             *(corner.saturated for corner in corners),
-            *self.guarded,
+            *guarded,
         ]
 
     def _note_change(self, index: int, corner: Corner) -> None:
@@ -227,5 +265,7 @@ class Tick:
             self.rejected["error_frame"] += 1
         elif can_id & REMOTE_FLAG:
             self.rejected["remote_frame"] += 1
+        elif can_id & FD_FLAG:
+            self.rejected["fd_frame"] += 1
         else:
             self.foreign += 1

@@ -13,6 +13,7 @@ import pytest
 from mrctl.can import linux
 from mrctl.can.ports import FRAMES_PER_CALL, LINK_EVENTS, open_port
 from mrctl.can.socketcan_port import RECEIVE_BUFFER_BYTES, RETRY_S, SocketCanPort
+from mrctl.can.specs import FD_FLAG
 from mrctl.errors import BusError
 
 WANTED = (0x110, 0x98FF1015)
@@ -29,6 +30,7 @@ class FakeKernel:
         self.send_errors: list[int] = []
         self.dropped: int | None = None
         self.endless = False
+        self.waited_s: list[float] = []  # of the last frame of a full call, from one question to the next
         self.options: list[tuple[int, int, object]] = []
         self.binds: list[object] = []
         self.now_s = 100.0
@@ -81,6 +83,11 @@ class FakeKernel:
             raise OSError(errno.ENODEV, "No such device")
         return self.is_up
 
+    def last_stamp_s(self, _socket: object) -> float:
+        if not self.waited_s:
+            raise OSError(errno.ENOENT, "No such file or directory")
+        return 5000.0 - self.waited_s.pop(0)
+
     def shutdown(self) -> None:
         self.closed = True
         self.ours.close()
@@ -90,12 +97,15 @@ class FakeKernel:
 def kernel(monkeypatch: pytest.MonkeyPatch) -> FakeKernel:
     fake = FakeKernel()
     monkeypatch.setattr(linux, "interface_is_up", fake.interface_is_up)
+    monkeypatch.setattr(linux, "last_stamp_s", fake.last_stamp_s)
     return fake
 
 
 def _port(kernel: FakeKernel, *, fd: bool = False) -> SocketCanPort:
     bus = SimpleNamespace(socket=kernel, shutdown=kernel.shutdown)
-    return SocketCanPort(bus, "can7", WANTED, fd=fd, clock_s=lambda: kernel.now_s)
+    return SocketCanPort(
+        bus, "can7", WANTED, fd=fd, clock_s=lambda: kernel.now_s, wall_clock_s=lambda: 5000.0
+    )
 
 
 def _kinds(port: SocketCanPort) -> list[str]:
@@ -158,6 +168,37 @@ def test_fd_frames_are_sent_with_a_bit_rate_switch_and_received_beside_classic_o
     kernel.bus.send(struct.pack("=IBB2x64s", 0x110, 12, 1, b"123456789abc"))
     kernel.frame(0x110, b"classic!")
     assert port.receive() == [(0x110, b"123456789abc"), (0x110, b"classic!")]
+
+
+def test_fd_frames_are_marked_where_classic_ones_are_expected(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    kernel.bus.send(struct.pack("=IBB2x64s", 0x110, 8, 1, b"12345678"))
+    kernel.frame(0x110, b"classic!")
+    assert port.receive() == [(FD_FLAG | 0x110, b"12345678"), (0x110, b"classic!")]
+
+
+def test_frames_that_waited_for_too_long_behind_others_are_thrown_away_and_counted(
+    kernel: FakeKernel,
+) -> None:
+    port = _port(kernel)
+    kernel.endless = True
+    kernel.frame(0x110, b"x")
+    kernel.waited_s = [3.0, 2.0, 0.05]
+    assert len(port.receive()) == FRAMES_PER_CALL
+    assert port.counters.stale == 2 * FRAMES_PER_CALL
+    assert port.counters.received == FRAMES_PER_CALL
+    assert _kinds(port) == ["frames_stale"]
+
+
+def test_a_full_call_of_fresh_frames_loses_none(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    kernel.endless = True
+    kernel.frame(0x110, b"x")
+    kernel.waited_s = [0.02, -3600.0, 0.02]  # a clock that was set back an hour makes nothing stale
+    for _ in range(3):
+        assert len(port.receive()) == FRAMES_PER_CALL
+    assert port.counters.stale == 0
+    assert _kinds(port) == []
 
 
 def test_the_socket_is_set_up_to_filter_and_to_count_what_it_drops(kernel: FakeKernel) -> None:

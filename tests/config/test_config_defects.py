@@ -189,7 +189,7 @@ DEFECTS = {
         "bitrate: 500000",
         "bitrate: 250000",
         "  receive:",
-        "the bus would be loaded to 84.8% at worst, more than bus.load_limit (60%); lower rates",
+        "the bus would be loaded to 84.9% at worst, more than bus.load_limit (60%); lower rates",
     ),
     "a time-out shorter than a period": (
         "temperature:                 # degC; stood in for by its last value\n    {timeout_ms: 1000",

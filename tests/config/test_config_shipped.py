@@ -8,6 +8,7 @@ import re
 import pytest
 import yaml
 
+from mrctl.can.frames import FRAMES_OUT
 from mrctl.config import load_config
 from mrctl.config.json_schema import config_json_schema
 from mrctl.config.models import ConfigFile
@@ -39,7 +40,7 @@ def test_each_carries_everything_the_controller_needs(shipped):
         assert {"relative_velocity", "temperature"} <= set(damper.signals)
         assert damper.calibration.is_file()
     assert shipped.database.is_file()
-    assert set(shipped.frames.send) == {"CurrentCommand", "ControllerState", "Health"}
+    assert set(shipped.frames.send) == set(FRAMES_OUT)
 
 
 def test_the_car_has_four_dampers_at_500_hz_on_classic_can():
@@ -115,7 +116,13 @@ dampers:
         "BodyAcceleration": 200.0,
         "CaseTemperature": 10.0,
     }
-    assert dict(config.frames.send) == {"CurrentCommand": 500.0, "ControllerState": 50.0, "Health": 10.0}
+    assert dict(config.frames.send) == {
+        "CurrentCommand": 500.0,
+        "ControllerState": 50.0,
+        "Health": 10.0,
+        "HealthTiming": 1.0,
+        "HealthRejects": 1.0,
+    }
 
 
 def test_a_damper_may_have_its_own_calibration(tmp_path):

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from mrctl.runtime.lateness import Lateness
+from mrctl.can.ports import PortCounters
+from mrctl.runtime.histogram import Histogram
 from mrctl.runtime.loop import Loop
 
 PERIOD_NS = 2_000_000
@@ -24,6 +28,7 @@ class FakeTick:
 class FakePort:
     def __init__(self, *, accept=True):
         self.accept = accept
+        self.counters = PortCounters()
         self.sent_at = []
 
     def receive(self):
@@ -83,14 +88,46 @@ def test_frames_that_the_bus_does_not_take_are_counted():
     assert loop.unsent == 7
 
 
-def test_lateness_percentiles():
-    lateness = Lateness()
-    assert lateness.percentiles_us() == (0.0, 0.0, 0.0)
+def test_a_tick_that_takes_longer_than_a_period_is_counted():
+    class SlowTick(FakeTick):
+        def step(self, frames, periods, figures):
+            CLOCK.now += 100_000 if len(self.periods) != 5 else 2 * PERIOD_NS + 1
+            return super().step(frames, periods, figures)
+
+    CLOCK.__init__()
+    tick, port = SlowTick(), FakePort()
+    loop = Loop(tick, port, 500.0, clock_ns=CLOCK, sleep_s=CLOCK.sleep)
+    port.counters.dropped = 7
+    loop.run(lambda: loop.ticks >= 500)
+    assert (loop.long_ticks, loop.skipped) == (1, 1)
+    figures = loop.figures
+    assert (figures.long_ticks, figures.skipped, figures.dropped) == (1, 1, 7)
+    assert figures.duration_p50_us == pytest.approx(100.0, rel=1 / 16)
+    assert figures.duration_max_us == pytest.approx(4000.0, rel=0.001)
+    assert figures.lateness_max_us == pytest.approx(2000.0, rel=0.001)
+    assert loop.lateness.count == loop.duration.count == 500
+
+
+@given(st.lists(st.integers(-1000, 10**12), min_size=1, max_size=300), st.floats(0.01, 1.0))
+def test_a_percentile_is_right_to_a_sixteenth(times, fraction):
+    histogram = Histogram()
+    for time_ns in times:
+        histogram.add(time_ns)
+    exact_us = max(sorted(times)[math.ceil(fraction * len(times)) - 1], 0) / 1e3
+    (found_us,) = histogram.quantiles_us([fraction])
+    assert exact_us <= found_us <= exact_us * (1 + 1 / 16) + 1.1
+    assert histogram.max_us == max(0, *times) / 1e3
+
+
+def test_histograms_add_up_and_forget():
+    one, other, both = Histogram(), Histogram(), Histogram()
+    assert one.quantiles_us([0.5, 0.99]) == [0.0, 0.0]
     for k in range(100):
-        lateness.add(k * 1000)
-    p50, p99, largest = lateness.percentiles_us()
-    assert 49.0 <= p50 <= 53.0
-    assert 98.0 <= p99 <= 102.0
-    assert largest == 99.0
-    lateness.add(5_000_000)
-    assert lateness.percentiles_us()[2] == 5000.0
+        (one if k % 3 else other).add(k * 7000)
+        both.add(k * 7000)
+    one.merge(other)
+    fractions = [0.1, 0.5, 0.99, 0.999]
+    assert one.quantiles_us(fractions) == both.quantiles_us(fractions)
+    assert (one.count, one.max_us) == (100, 693.0)
+    one.clear()
+    assert (one.count, one.max_us) == (0, 0.0)

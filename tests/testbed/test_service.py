@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 from pathlib import Path
@@ -35,7 +36,8 @@ systemctl daemon-reload
 
 candump -D -L -r 4194304 vcan0 >bus.log 2>candump.err & recorder=$!
 nice -n -10 /opt/mrctl/bin/mrctl plant -c vehicle.yaml >plant.log 2>&1 & plant=$!
-trap 'systemctl stop mrctl; journalctl -u mrctl --no-pager >journal.log; kill $plant $recorder; wait' EXIT
+trap 'systemctl stop mrctl; journalctl -u mrctl --no-pager >journal.log
+  journalctl -u mrctl --no-pager -o json >journal.json; kill $plant $recorder; wait' EXIT
 
 main_pid() { systemctl show -P MainPID mrctl; }
 controls() { tail -n 60 bus.log | grep -qE "$ALL_ACTIVE"; }
@@ -82,6 +84,12 @@ def life(guest: Bed) -> Result:
 
 def properties(text: str) -> dict[str, str]:
     return dict(line.split("=", 1) for line in text.splitlines() if "=" in line)
+
+
+def journal_lines(life: Result, event: str) -> list[dict[str, str]]:
+    """The daemon's own lines of one kind, as the journal's fields."""
+    lines = [json.loads(line) for line in life.read("journal.json").splitlines()]
+    return [line for line in lines if line.get("MRCTL_EVENT") == event]
 
 
 def test_the_service_is_active_once_the_daemon_says_ready(life: Result) -> None:
@@ -132,6 +140,17 @@ def test_the_journal_names_what_ended_the_daemon(life: Result) -> None:
     assert "restart counter is at 2" in journal
 
 
+def test_what_the_daemon_says_is_in_fields_of_the_journal(life: Result) -> None:
+    assert len(journal_lines(life, "running")) == 3
+    for line in journal_lines(life, "realtime"):
+        assert line["MRCTL_PRIORITY"] == "FIFO 40"
+        assert line["MRCTL_LOCK_MEMORY"] == "all"
+        assert line["MRCTL_FREEZE_GC"] == "off"
+        assert "MRCTL_REFUSED" not in line
+    active = [line for line in journal_lines(life, "state") if line["MRCTL_AFTER"] == "ACTIVE"]
+    assert {"MRCTL_BEFORE", "MRCTL_CAUSE", "MRCTL_DAMPERS"} <= set(active[0])
+
+
 def test_a_stop_ramps_to_zero_ampere_and_ends_with_status_0(life: Result) -> None:
     times = buslog.marks(life.read("marks"))
     commands = buslog.named(buslog.read(life.read("bus.log")), "CurrentCommand")
@@ -139,7 +158,8 @@ def test_a_stop_ramps_to_zero_ampere_and_ends_with_status_0(life: Result) -> Non
     assert buslog.currents(stop[-1]) == [0.0] * 4
     assert not buslog.between(commands, times["stopped"], float("inf"))
     journal = life.read("journal.log")
-    assert journal.count('"event": "stopped"') == journal.count('"at_rest": true') == 1
+    (stopped,) = journal_lines(life, "stopped")
+    assert stopped["MRCTL_AT_REST"] == "True"
     assert "mrctl.service: Deactivated successfully" in journal
 
 
