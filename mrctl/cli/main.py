@@ -21,6 +21,7 @@ COMMANDS = {
     "demo": "the whole story on a simulated car: compare ways to command the dampers, draw a report",
     "run": "the controller: sensor frames in, current commands out",
     "plant": "a simulated car on the same bus, for loop tests",
+    "top": "a live view of the controller, from the frames on the bus",
     "check": "say whether a calibration, configuration or DBC is sound",
     "predict": "add the model's force to a measured run",
     "invert": "add the current that makes a run's force",

@@ -94,11 +94,11 @@ class _Sender:
 
     __slots__ = ("_counter", "_encode", "_every", "_id", "next")
 
-    def __init__(self, spec: FrameSpec, every: int) -> None:
+    def __init__(self, spec: FrameSpec, every: int, first: int | None = None) -> None:
         self._encode = make_encoder(spec)
         self._id = spec.linux_id
         self._every = every
-        self.next = every  # the tick when the next is due
+        self.next = every if first is None else first  # the tick when the next is due
         self._counter = 0
 
     def frame(self, now: int, values: Sequence[float]) -> Frame:
@@ -157,7 +157,10 @@ class Tick:
             (_Sender(plan.health, plan.health_every), self._health_values),
         ]
         values = {"HealthTiming": self._timing_values, "HealthRejects": self._reject_values}
-        self._slow += [(_Sender(spec, every), values[spec.name]) for spec, every in plan.figures]
+        # With the first health frame of a second, so that their figures are of the same one.
+        self._slow += [
+            (_Sender(spec, every, first=plan.health_every), values[spec.name]) for spec, every in plan.figures
+        ]
         self._next_slow = 0  # the tick when the next of these is due, or a second is over
         self._second_ticks = max(1, round(1.0 / dt))
         self._next_second = self._second_ticks

@@ -1,0 +1,1 @@
+"""A live view of a controller, from nothing but the bus."""
