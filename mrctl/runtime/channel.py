@@ -73,10 +73,17 @@ class Channel:
         self._bridging = False  # was ok, and not gone for too long since
         self.fault = Fault.MISSING
 
-    def take(self, value: float, now: int) -> Fault:
-        """A value that arrived in tick `now`; returns why it is refused, or NONE."""
+    def take(self, value: float, now: int, spanned: int = 1) -> Fault:
+        """A value that arrived in tick `now`; returns why it is refused, or NONE.
+
+        spanned: ticks from the frame before to this one as they were sent; frames that were held up on the
+        way come in one tick, and are no jump.
+        """
         if self._minimum <= value <= self._maximum:  # not so for NaN
-            change = self._change_max * (now - self.last + 1)
+            elapsed = now - self.last + 1
+            if elapsed < spanned:  # noqa: PLR1730  # max() takes longer, hot
+                elapsed = spanned
+            change = self._change_max * elapsed
             if -change <= value - self.value <= change:
                 self.value = value
                 self.last = now

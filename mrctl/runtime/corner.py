@@ -1,6 +1,6 @@
 """One damper in the tick: its signals, its state, its current.
 
-    INIT        not all signals have been good yet: no current
+    INIT        not all signals have been good yet, since the start or since the bus fell silent: no current
     ACTIVE      law and inverse model on good signals
     SUBSTITUTE  a signal is gone but can be stood in for: without body velocity a constant damping is the
                 wish; without temperature its last value holds; without relative velocity the current holds
@@ -28,6 +28,7 @@ from mrctl.model.static_inverse import WITHIN
 from mrctl.runtime.channel import Channel, Fault
 
 INIT, ACTIVE, SUBSTITUTE, LIMP, OFF = State
+_BEFORE_ACTIVE = frozenset({INIT, OFF})
 START_UP = ("START_UP", Fault.NONE)
 WELL = ("NONE", Fault.NONE)
 
@@ -194,7 +195,7 @@ class Corner:
                 state, cause = worth, (role, channel.fault)
         if off is not None:
             state, cause = OFF, (off, Fault.NONE)
-        elif starting and self.state is INIT and state is not ACTIVE:
+        elif starting and state is not ACTIVE and self.state in _BEFORE_ACTIVE:
             state, cause = INIT, START_UP
         self.state, self.cause = state, cause
 

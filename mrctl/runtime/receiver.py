@@ -18,12 +18,12 @@ COUNTER_STEP_MAX = 5
 class FrameReceiver:
     """Takes the payloads of one CAN ID. `channels`: any number for each signal, in the frame's order."""
 
-    __slots__ = ("_check", "_counter", "_data_ids", "_decode", "_length", "_rejected", "channels")
+    __slots__ = ("_check", "_counter", "_cycle", "_data_ids", "_decode", "_length", "_rejected", "channels")
 
     def __init__(
-        self, spec: FrameSpec, channels: Sequence[Sequence[Channel]], rejected: Counter[str]
+        self, spec: FrameSpec, channels: Sequence[Sequence[Channel]], rejected: Counter[str], dt_s: float
     ) -> None:
-        """rejected: where refused frames and values are counted, by reason."""
+        """rejected: where refused frames and values are counted, by reason. dt_s: from tick to tick."""
         # A value for each channel: a signal that nobody uses is not decoded, one with two users is twice.
         pairs = [(s, channel) for s, used in zip(spec.signals, channels, strict=True) for channel in used]
         self._decode = make_decoder(replace(spec, signals=tuple(signal for signal, _ in pairs)))
@@ -31,6 +31,7 @@ class FrameReceiver:
         self._check = e2e.check
         self._data_ids = spec.data_ids
         self._length = spec.length
+        self._cycle = 1 if spec.cycle_s is None else max(1, round(spec.cycle_s / dt_s))  # in ticks
         self._counter: int | None = None
         self._rejected = rejected
 
@@ -47,8 +48,9 @@ class FrameReceiver:
         self._counter = counter
         if step > COUNTER_STEP_MAX:  # the next frame in order is accepted again
             return self._refuse(Fault.COUNTER)
+        spanned = step * self._cycle
         for value, channel in zip(self._decode(data), self.channels):  # noqa: B905  # as many, and hot
-            fault = channel.take(value, now)
+            fault = channel.take(value, now, spanned)
             if fault is not NONE:
                 self._rejected[fault.name.lower()] += 1
         return True

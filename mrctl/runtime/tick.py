@@ -121,7 +121,7 @@ class Tick:
         self.at_rest = False  # whether the command that left last was 0 A for every damper
         self._off: str | None = None
         self._last_good = 0
-        self._init_ticks = round(plan.init_timeout_s / dt)
+        self._init_ticks = self._init_until = round(plan.init_timeout_s / dt)
         self._silent_ticks = round(plan.bus_silent_off_s / dt)
         roles: list[set[str]] = [set() for _ in plan.corners]
         for _, signals in plan.frames_in:
@@ -138,7 +138,10 @@ class Tick:
         self.corners = tuple(Corner(c, own, dt) for c, own in zip(plan.corners, channels, strict=True))
         self.receivers = {
             spec.linux_id: FrameReceiver(
-                spec, [[channels[c][role] for c, role in of_signal] for of_signal in signals], self.rejected
+                spec,
+                [[channels[c][role] for c, role in of_signal] for of_signal in signals],
+                self.rejected,
+                dt,
             )
             for spec, signals in plan.frames_in
         }
@@ -194,10 +197,11 @@ class Tick:
                 self._count_stray(can_id)
             elif receiver.take(data, now):
                 self._last_good = now
-        starting = now <= self._init_ticks
         off = self._off
         if off is None and now - self._last_good > self._silent_ticks:
             off = "BUS_SILENT"
+            self._init_until = now + self._init_ticks  # once the bus is back, its signals must show first
+        starting = now <= self._init_until
         states, issued = self._states, self._issued
         for index, corner, guard in self._guarded_corners:
             wanted = corner.step(now, periods, starting, off)

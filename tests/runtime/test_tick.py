@@ -232,3 +232,39 @@ def test_frames_leave_at_their_rates_with_running_counters(tick, sender):
         counters = [data[1] & 0xF for can_id, data in sent if can_id == SPECS[name].linux_id]
         assert len(counters) == count
         assert all((b - a) & 0xF == 1 for a, b in pairwise(counters))
+
+
+def test_after_a_silent_bus_no_current_flows_until_the_signals_have_shown(tick, sender):
+    active(tick, sender)
+    run(tick, 0.2, sender.all)
+    run(tick, 6.0)
+    assert states(tick) == {State.OFF}
+    for _ in range(GOOD_FRAMES - 1):
+        out = tick.step(sender.all())
+        assert states(tick) == {State.INIT}
+        assert currents(out) == (0.0,) * 4
+    tick.step(sender.all())
+    assert states(tick) == {State.ACTIVE}
+
+
+def test_after_a_silent_bus_a_signal_that_stays_away_is_limped_without(tick, sender):
+    active(tick, sender)
+    run(tick, 6.0)
+    run(tick, 1.9, lambda: sender.all()[1:])
+    assert states(tick) == {State.INIT}
+    run(tick, 0.2, lambda: sender.all()[1:])
+    assert states(tick) == {State.LIMP}
+
+
+def test_frames_that_were_held_up_and_come_at_once_are_no_jump(tick, sender):
+    active(tick, sender)
+    temperature = 50.0
+    for _ in range(50):
+        temperature += 1.0  # 10 K/s, at a frame every 100 ms
+        held = [sender.frame("CaseTemperature", [temperature - 0.5] * 4)]
+        held.append(sender.frame("CaseTemperature", [temperature] * 4))
+        for _ in range(99):
+            tick.step(sender.all()[:2])
+        tick.step([*sender.all()[:2], *held])
+    assert tick.rejected["rate"] == 0
+    assert states(tick) == {State.ACTIVE}
