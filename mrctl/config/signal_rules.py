@@ -17,6 +17,11 @@ class SignalRules(StrictModel):
     limp_after_ms: float | None = Field(
         default=None, gt=0.0, description="so long after it was good it can be stood in for; null: for ever"
     )
+    frozen_after_ms: float | None = Field(
+        default=None,
+        gt=0.0,
+        description="exactly the same for longer, and not near 0, a value is not used; null: never judged",
+    )
 
 
 class RelativeVelocityRules(SignalRules):
@@ -27,6 +32,7 @@ class RelativeVelocityRules(SignalRules):
     maximum: float = 2.0
     rate_max: float = Field(default=500.0, gt=0.0)
     limp_after_ms: float | None = Field(default=50.0, gt=0.0)
+    frozen_after_ms: float | None = Field(default=1000.0, gt=0.0)
 
 
 class BodyVelocityRules(SignalRules):
@@ -36,6 +42,7 @@ class BodyVelocityRules(SignalRules):
     minimum: float = -4.0
     maximum: float = 4.0
     rate_max: float = Field(default=100.0, gt=0.0)
+    frozen_after_ms: float | None = Field(default=1000.0, gt=0.0)
 
 
 class BodyAccelerationRules(SignalRules):

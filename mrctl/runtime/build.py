@@ -36,6 +36,7 @@ def plan_of(config: Config) -> TickPlan:
                 rules.maximum,
                 rules.rate_max,
                 None if rules.limp_after_ms is None else rules.limp_after_ms / 1000.0,
+                None if rules.frozen_after_ms is None else rules.frozen_after_ms / 1000.0,
             )
             for role, rules in config.signals.items()
         },

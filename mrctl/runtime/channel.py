@@ -18,9 +18,12 @@ class Fault(IntEnum):
     RANGE = 5
     RATE = 6
     MALFORMED = 7
+    FROZEN = 8  # on the bus as RATE
 
 
 NONE = Fault.NONE
+# Below this share of its range, a value may stay the same for as long as it likes: the car stands.
+AT_REST_SHARE = 0.01
 NEVER = -(1 << 60)  # a tick so long ago that every time-out has passed since
 
 
@@ -33,6 +36,7 @@ class ChannelRules:
     maximum: float
     rate_max: float
     limp_after_s: float | None  # how long a substitute will do after the signal was good; None: for ever
+    frozen_after_s: float | None = None  # exactly the same for longer, it is frozen; None: not judged
 
 
 class Channel:
@@ -44,8 +48,11 @@ class Channel:
     """
 
     __slots__ = (
+        "_at_rest",
         "_bridging",
         "_change_max",
+        "_changed",
+        "_frozen_after",
         "_limp_after",
         "_maximum",
         "_minimum",
@@ -65,6 +72,11 @@ class Channel:
         self._change_max = rules.rate_max * dt_s
         self.timeout = max(1, round(rules.timeout_s / dt_s))  # in ticks
         self._limp_after = None if rules.limp_after_s is None else round(rules.limp_after_s / dt_s)
+        self._frozen_after = (
+            -NEVER if rules.frozen_after_s is None else max(1, round(rules.frozen_after_s / dt_s))
+        )
+        self._at_rest = AT_REST_SHARE * max(abs(rules.minimum), abs(rules.maximum))
+        self._changed = 0  # tick when the value became what it is
         self._run_wanted = good_frames
         self._run = 0  # good values in a row since the signal was last usable
         self.value = start
@@ -85,7 +97,11 @@ class Channel:
                 elapsed = spanned
             change = self._change_max * elapsed
             if -change <= value - self.value <= change:
-                self.value = value
+                if value != self.value:
+                    self.value = value
+                    self._changed = now
+                elif now - self._changed >= self._frozen_after and abs(value) > self._at_rest:
+                    return self.refuse(Fault.FROZEN)
                 self.last = now
                 self.fault = NONE
                 if not self.ok:

@@ -36,7 +36,7 @@ _SILENT_CODE = CAUSE_CODE["RELATIVE_VELOCITY_MISSING"]
 
 
 # In the order of HealthRejects.
-_REASONS = ("crc", "counter", "range", "rate", "not_available", "malformed")
+_REASONS = (("crc",), ("counter",), ("range",), ("rate", "frozen"), ("not_available",), ("malformed",))
 
 
 class LoopFigures(NamedTuple):
@@ -218,6 +218,10 @@ class Tick:
         source, fault = corner.cause
         return source if fault is Fault.NONE else f"{CAUSE_SOURCE[source]}_{fault.name}"
 
+    def _cause_code(self, corner: Corner) -> int:
+        cause = self.cause_of(corner).replace("_FROZEN", "_RATE")  # the bus has no code of its own for it
+        return CAUSE_CODE.get(cause, _SILENT_CODE)
+
     def _frames_out(self, now: int, figures: LoopFigures | None) -> list[Frame]:
         out = []
         if now >= self._command.next:
@@ -247,14 +251,15 @@ class Tick:
     def _reject_values(self, figures: LoopFigures) -> list[float]:
         lately = self._rejected_lately
         kinds = sum(lately[kind] for kind in ("remote_frame", "error_frame", "fd_frame"))
-        return [*(lately[reason] for reason in _REASONS), kinds, figures.dropped]
+        rejects = (sum(lately[reason] for reason in reasons) for reasons in _REASONS)
+        return [*rejects, kinds, figures.dropped]
 
     def _state_values(self, _figures: LoopFigures) -> list[float]:
         corners, guarded = self.corners, self.guarded
         self.guarded = [False] * len(corners)
         return [
             *(corner.state for corner in corners),
-            *(CAUSE_CODE.get(self.cause_of(corner), _SILENT_CODE) for corner in corners),
+            *(self._cause_code(corner) for corner in corners),
             *(corner.clamped for corner in corners),
             *(corner.saturated for corner in corners),
             *guarded,

@@ -204,9 +204,9 @@ DEFECTS = {
         "`signals.temperature`: minimum 200 is not below maximum -50; swap them",
     ),
     "limp before the time-out": (
-        "limp_after_ms: 50}",
-        "limp_after_ms: 5}",
-        "limp_after_ms: 5}",
+        "limp_after_ms: 50,",
+        "limp_after_ms: 5,",
+        "limp_after_ms: 5,",
         "`signals.relative_velocity`: limp_after_ms 5 is below timeout_ms 10",
     ),
     "limp beyond the damper": (
