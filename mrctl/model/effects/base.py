@@ -135,6 +135,7 @@ class Ranges(NamedTuple):
     velocity_m_s: float
     current_a: float
     force_n: float
+    compression_force_n: float = 0.0  # the largest force in compression, positive
 
 
 Step = Callable[..., Any]

@@ -28,7 +28,9 @@ def step(
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
-    return [(share * ranges.force_n, 0.1 * ranges.force_n) for share in (0.9, 0.7, 0.5)]
+    # Where it cavitates, the limit is about the largest compression force seen.
+    most = ranges.compression_force_n or ranges.force_n
+    return [(share * most, 0.05 * most) for share in (1.0, 0.95, 0.85, 0.7)]
 
 
 EFFECT = Effect(

@@ -23,31 +23,44 @@ def step(
     dt_s: float,
 ) -> float:
     """The stop's force in N; it pushes back and never pulls."""
-    depth = abs(displacement_m) - p[0]
+    x = displacement_m - p[4]
+    depth = abs(x) - p[0]
     if depth <= 0.0:
         return 0.0
-    outward = velocity_m_s if displacement_m > 0.0 else -velocity_m_s
+    outward = velocity_m_s if x > 0.0 else -velocity_m_s
     force = p[1] * math.pow(depth / UNIT_M, p[2]) + p[3] * outward * (1.0 - math.exp(-depth / CONTACT_M))
     if force <= 0.0:
         return 0.0
-    return force if displacement_m > 0.0 else -force
+    return force if x > 0.0 else -force
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
-    return [(share * ranges.displacement_m, 300.0, 1.5, 500.0) for share in (0.95, 0.85, 0.7)]
+    reach = ranges.displacement_m
+    both = [(share * reach, 300.0, 1.5, 500.0, 0.0) for share in (0.95, 0.85, 0.7)]
+    # One stop only: the middle is moved away from it, so that the other is never reached.
+    one = [
+        ((share + 0.3) * reach, 300.0, 1.5, 500.0, side * 0.3 * reach)
+        for share in (0.9, 0.8)
+        for side in (-1.0, 1.0)
+    ]
+    return both + one
 
 
 EFFECT = Effect(
     name="end_stop",
     stage=Stage.ADDITIVE,
     summary="Near either end of the stroke a stop pushes back, steeply and with some damping.",
-    equation="F = sign(x) force_at_1mm ((|x| - clearance) / 1 mm)^exponent + damping v where |x| > clearance",
+    equation=(
+        "F = sign(y) force_at_1mm ((|y| - clearance) / 1 mm)^exponent + damping v where |y| > clearance, "
+        "y = x - middle"
+    ),
     source="Power-law contact with damping; Hunt, Crossley, J. Appl. Mech. 42 (1975).",
     parameters=(
         Parameter("clearance_m", "m", 0.02, 0.0, 0.5, 0.02, "displacement at which the stop begins", 1e-3),
         Parameter("force_at_1mm_n", "N", 0.0, 0.0, 1e5, 500.0, "force 1 mm deep in the stop", linear=True),
         Parameter("exponent", "1", 1.5, 1.0, 3.0, 1.5, "how steeply it grows", 0.3),
         Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 500.0, "damping in the stop", linear=True),
+        Parameter("middle_m", "m", 0.0, -0.5, 0.5, 0.0, "displacement halfway between the stops", 1e-3),
     ),
     step=step,
     inverse=Undo.SUBTRACT,

@@ -22,14 +22,17 @@ def step(
     """The factor on the static force."""
     if velocity_m_s >= 0.0:
         return 1.0
-    return max(1.0 + p[0] + p[1] * current_a, SMALLEST_FACTOR)
+    return max(1.0 + p[0] + p[1] * current_a / (1.0 + p[2] * current_a), SMALLEST_FACTOR)
 
 
 EFFECT = Effect(
     name="rebound_asymmetry",
     stage=Stage.FACTOR,
     summary="Compression is damped by another force than rebound, in a ratio that may change with current.",
-    equation="factor = 1 in rebound (v >= 0), 1 + change + change_per_a i1 in compression (v < 0)",
+    equation=(
+        "factor = 1 in rebound (v >= 0), "
+        "1 + change + change_per_a i1 / (1 + bend i1) in compression (v < 0)"
+    ),
     source="Separate rebound and compression characteristics; Dixon, The Shock Absorber Handbook.",
     parameters=(
         Parameter(
@@ -46,13 +49,14 @@ EFFECT = Effect(
             "compression_change_per_a",
             "1/A",
             0.0,
-            -0.5,
-            0.5,
+            -5.0,
+            5.0,
             0.0,
-            "what each ampere adds to it",
+            "what each ampere adds to it, at small currents",
             0.03,
             linear=True,
         ),
+        Parameter("bend_per_a", "1/A", 0.0, 0.0, 20.0, 0.0, "how soon that levels off with current", 0.5),
     ),
     step=step,
     inverse=Undo.DIVIDE,
