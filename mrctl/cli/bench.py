@@ -6,9 +6,10 @@ import argparse
 import json
 import platform
 from pathlib import Path
+from typing import Any
 
-from mrctl.bench.tick import measure
-from mrctl.config import load_config
+from mrctl.bench import c_tick, lateness, tick
+from mrctl.config import Config, load_config
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
 from mrctl.report.terminal import table
@@ -18,46 +19,83 @@ from mrctl.share_path import share_file
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `mrctl bench`."""
     parser.add_argument(
-        "what", choices=["tick"], help="tick: one control tick against python-can + cantools + numpy"
+        "what",
+        choices=["tick", "lateness", "c-tick"],
+        help="tick: one control tick against python-can + cantools + numpy; lateness: waking up against "
+        "cyclictest; c-tick: the tick against the same compiled in C",
     )
     parser.add_argument(
         "-c", "--config", metavar="FILE", help="configuration (default: four dampers in a car)"
     )
     parser.add_argument("--ticks", type=int, default=10_000, help="ticks to measure (default: %(default)s)")
+    parser.add_argument(
+        "--seconds", type=float, default=300.0, help="of lateness, both sides (default: %(default)s)"
+    )
     parser.add_argument("--json", metavar="FILE", help="write the figures as JSON (- is standard output)")
     parser.epilog = """\
-Absolute times depend on the machine and on what else it does; the ratio is measured tick by tick in turn.
+Absolute times depend on the machine and on what else it does; the sides take turns, so that the ratio holds.
+lateness wants a real-time priority (as root) and an idle machine.
 
-example:
+examples:
   mrctl bench tick
+  mrctl bench lateness --seconds 60
+  mrctl bench c-tick
 """
 
 
 def run(args: argparse.Namespace) -> int:
     """Measure and print."""
     config = load_config(args.config or share_file("config/vehicle.yaml"))
-    with Progress("ticks", args.ticks) as progress:
-        cost = measure(config, args.ticks, progress.advance)
-    machine = f"{platform.python_implementation()} {platform.python_version()}, {platform.machine()}"
     result = {
         "dampers": len(config.dampers),
         "rate_hz": config.loop.rate_hz,
-        "machine": machine,
-        "tick_us": cost,
+        "machine": f"{platform.python_implementation()} {platform.python_version()}, {platform.machine()}",
     }
+    figures, text = {"tick": _tick, "lateness": _lateness, "c-tick": _c_tick}[args.what](config, args)
+    result |= figures
     if args.json:
-        text = json.dumps(result, indent=2) + "\n"
+        written = json.dumps(result, indent=2) + "\n"
         if args.json == "-":
-            print(text, end="")
+            print(written, end="")
             return 0
-        Path(args.json).write_text(text, encoding="utf-8")
+        Path(args.json).write_text(written, encoding="utf-8")
+    print(f"{result['dampers']} dampers; {result['machine']}")
+    print(text)
+    return 0
+
+
+def _tick(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], str]:
+    with Progress("ticks", args.ticks) as progress:
+        cost = tick.measure(config, args.ticks, progress.advance)
     ours = cost["mrctl"]["p50"]
     rows: list[list[Value | Cell]] = [
         [name, q["p50"], q["p99"], q["p99.9"], q["p50"] / ours] for name, q in cost.items()
     ]
-    print(
-        f"one warm tick, {len(config.dampers)} dampers; frames through each side's own driver code, no kernel"
+    title = "one warm tick; frames through each side's own driver code, no kernel"
+    heads = ["", "median, µs", "p99, µs", "p99.9, µs", "times the median of mrctl"]
+    return {"tick_us": cost}, table(heads, rows, title=title)
+
+
+def _lateness(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], str]:
+    with Progress("seconds", round(args.seconds)) as progress:
+        late = lateness.measure(config, args.seconds, progress.advance)
+    rows: list[list[Value | Cell]] = [[name, *q.values()] for name, q in late.items()]
+    mine, theirs = late.values()
+    rows.append(
+        ["ratio", *(Cell(mine[q], text=f"{mine[q] / max(theirs[q], 1.0):.2f}") for q in lateness.QUANTILES)]
     )
-    print(machine)
-    print(table(["", "median, µs", "p99, µs", "p99.9, µs", "times the median of mrctl"], rows))
-    return 0
+    title = f"µs from when a tick is due to when it runs, at {config.loop.rate_hz:g} Hz"
+    return {"lateness_us": late}, table(["", *lateness.QUANTILES], rows, title=title, digits=4)
+
+
+def _c_tick(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], str]:
+    with Progress("ticks", max(args.ticks, 2 * c_tick.SETTLED_AFTER)) as progress:
+        cost = c_tick.measure(config, args.ticks, progress.advance)
+    rows: list[list[Value | Cell]] = [
+        ["mrctl, Python", cost.python_us, cost.python_us / cost.c_us],
+        ["the same in C", cost.c_us, 1.0],
+    ]
+    title = "a tick without reception and sending"
+    text = table(["", "µs", "times C"], rows, title=title)
+    figures = {"python_us": cost.python_us, "c_us": cost.c_us, "difference_a": cost.difference_a}
+    return {"c_tick": figures}, f"{text}\nlargest difference of a command: {1e3 * cost.difference_a:.0f} mA"

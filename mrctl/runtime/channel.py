@@ -103,8 +103,9 @@ class Channel:
                 elif now - self._changed >= self._frozen_after and abs(value) > self._at_rest:
                     return self.refuse(Fault.FROZEN)
                 self.last = now
-                self.fault = NONE
-                if not self.ok:
+                if self.ok:
+                    self.fault = NONE
+                else:  # what was wrong stays the cause until the run is long enough
                     self._run += 1
                 return NONE
             return self.refuse(Fault.RATE)
@@ -125,6 +126,7 @@ class Channel:
                 self.fault = Fault.MISSING
         elif not self.ok and self._run >= self._run_wanted:
             self.ok = self._bridging = True
+            self.fault = NONE
         return self.ok
 
     def substitutable(self, now: int) -> bool:

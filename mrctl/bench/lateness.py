@@ -1,0 +1,153 @@
+"""How late the loop wakes, against cyclictest on the same processors, in blocks in turn."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Final
+
+from mrctl.bench.wire import INTERFACE, Wire, WireBus
+from mrctl.can.socketcan_port import SocketCanPort
+from mrctl.config import Config
+from mrctl.errors import MrctlError
+from mrctl.runtime.build import plan_of
+from mrctl.runtime.loop import Loop
+from mrctl.runtime.tick import Tick
+
+PRIORITY: Final = 80
+BLOCK_S: Final = 10.0
+QUANTILES: Final = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999, "max": 1.0}
+_HISTOGRAM_US: Final = 100_000
+_BIN: Final = re.compile(r"^(\d+)\s+(\d+)\s*$", re.MULTILINE)
+_OVERFLOWS: Final = re.compile(r"^# Histogram Overflows: (\d+)", re.MULTILINE)
+
+
+def measure(
+    config: Config, seconds: float, advance: Callable[[float], None] = lambda _: None
+) -> dict[str, dict[str, float]]:
+    """Quantiles in µs of the loop's and cyclictest's lateness, each side for half of the time, in turn.
+
+    Both at the loop's rate and at SCHED_FIFO 80 where that is granted, else both without. Raises MrctlError
+    where cyclictest is missing or fails.
+    """
+    program = shutil.which("cyclictest")
+    if program is None:
+        raise MrctlError("cyclictest is not installed; apt-get install rt-tests")
+    fifo = _fifo_is_granted()
+    period_us = round(1e6 / config.loop.rate_hz)
+    ours: list[int] = []
+    theirs: dict[int, int] = {}
+    spent = 0.0
+    while spent < seconds:
+        block = min(BLOCK_S, (seconds - spent) / 2.0)
+        ours += _loop_block(config, block, fifo=fifo)
+        for late_us, count in _cyclictest_block(program, period_us, block, fifo=fifo).items():
+            theirs[late_us] = theirs.get(late_us, 0) + count
+        spent += 2.0 * block
+        advance(2.0 * block)
+    name = f"FIFO {PRIORITY}" if fifo else "no real-time priority"
+    return {f"mrctl loop, {name}": _quantiles(_binned(ours)), f"cyclictest, {name}": _quantiles(theirs)}
+
+
+def _binned(late_ns: list[int]) -> dict[int, int]:
+    """Whole µs, as cyclictest counts them."""
+    bins: dict[int, int] = {}
+    for late in late_ns:
+        us = max(late, 0) // 1000
+        bins[us] = bins.get(us, 0) + 1
+    return bins
+
+
+def _quantiles(bins: dict[int, int]) -> dict[str, float]:
+    total = sum(bins.values())
+    found = {}
+    for name, fraction in QUANTILES.items():
+        seen = 0
+        for late_us in sorted(bins):
+            seen += bins[late_us]
+            if seen >= fraction * total:
+                found[name] = float(late_us)
+                break
+    return found
+
+
+def _loop_block(config: Config, seconds: float, *, fifo: bool) -> list[int]:
+    """The lateness in ns of each tick of the real loop and tick, on a bus without a kernel."""
+    tick = Tick(plan_of(config))
+    port = SocketCanPort(WireBus(Wire(stamped=False)), INTERFACE, tick.wanted_ids)
+    late: list[int] = []
+    clock = time.monotonic_ns
+
+    def sleep(wait_s: float) -> None:
+        start = clock()
+        time.sleep(wait_s)
+        late.append(clock() - start - round(wait_s * 1e9))
+
+    loop = Loop(tick, port, config.loop.rate_hz, sleep_s=sleep)
+    ticks = round(seconds * config.loop.rate_hz)
+    gc.collect()
+    gc.disable()
+    try:
+        with _priority(fifo=fifo):
+            loop.run(lambda: loop.ticks + loop.skipped >= ticks)
+    finally:
+        gc.enable()
+    return late
+
+
+def _cyclictest_block(program: str, period_us: int, seconds: float, *, fifo: bool) -> dict[int, int]:
+    """Cyclictest's histogram: µs to how often."""
+    loops = max(1, round(seconds * 1e6 / period_us))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "histogram"
+        words = [
+            program,
+            "-q",
+            "-t1",
+            f"-i{period_us}",
+            f"-l{loops}",
+            f"-h{_HISTOGRAM_US}",
+            f"--histfile={file}",
+        ]
+        words += [f"-p{PRIORITY}"] if fifo else []
+        done = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603  # its own path
+        text = file.read_text(encoding="utf-8") if file.exists() else ""
+    if done.returncode != 0 or not text:
+        said = (done.stderr or done.stdout).strip().splitlines()
+        raise MrctlError(
+            f"cyclictest failed: {said[-1] if said else f'status {done.returncode}'}; try as root"
+        )
+    bins = {int(us): int(count) for us, count in _BIN.findall(text) if int(count)}
+    overflows = _OVERFLOWS.search(text)
+    if overflows and int(overflows.group(1)):
+        bins[_HISTOGRAM_US] = bins.get(_HISTOGRAM_US, 0) + int(overflows.group(1))
+    return bins
+
+
+def _fifo_is_granted() -> bool:
+    try:
+        with _priority(fifo=True):
+            return True
+    except OSError:
+        return False
+
+
+@contextlib.contextmanager
+def _priority(*, fifo: bool) -> Iterator[None]:
+    if not fifo:
+        yield
+        return
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, *before)
