@@ -48,9 +48,7 @@ def measure(config: Config, ticks: int, advance: Callable[[float], None] = lambd
 
     config: four dampers with the continuous skyhook, the inverse map, no effects and one calibration.
     """
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        raise MrctlError("there is no C compiler; apt-get install gcc libc6-dev")
+    program = compiler()
     _fits(config)
     ticks = max(ticks, 2 * SETTLED_AFTER)
     frames = _drive(config, ticks)
@@ -63,7 +61,7 @@ def measure(config: Config, ticks: int, advance: Callable[[float], None] = lambd
         times.append(time.perf_counter_ns() - start)
         commands.append(next(data for can_id, data in out if can_id == command.linux_id))
         advance(1)
-    theirs, c_ns = _run_c(config, compiler, frames)
+    theirs, c_ns = _run_c(config, program, frames)
     unit = command.signals[0].factor
     difference = max(
         abs(a - b)
@@ -71,6 +69,14 @@ def measure(config: Config, ticks: int, advance: Callable[[float], None] = lambd
         for a, b in zip(_currents(mine), _currents(other), strict=True)
     )
     return CTick(sorted(times)[len(times) // 2] / 1e3, c_ns / 1e3, difference * unit)
+
+
+def compiler() -> str:
+    """The C compiler's path. Raises MrctlError where there is none."""
+    found = shutil.which("cc") or shutil.which("gcc")
+    if found is None:
+        raise MrctlError("there is no C compiler; apt-get install gcc libc6-dev")
+    return found
 
 
 def _fits(config: Config) -> None:
@@ -113,7 +119,7 @@ def _currents(data: bytes) -> list[int]:
     return [word >> 12 + 13 * k & 0x1FFF for k in range(4)]
 
 
-def _run_c(config: Config, compiler: str, frames: Sequence[Sequence[Frame]]) -> tuple[list[bytes], float]:
+def _run_c(config: Config, cc: str, frames: Sequence[Sequence[Frame]]) -> tuple[list[bytes], float]:
     packed = b"".join(
         struct.pack("8s8s8sB", f[0][1], f[1][1], f[2][1] if len(f) > 2 else bytes(8), len(f) > 2)
         for f in frames
@@ -122,7 +128,7 @@ def _run_c(config: Config, compiler: str, frames: Sequence[Sequence[Frame]]) -> 
         program = Path(folder) / "tick"
         (Path(folder) / "tick_numbers.h").write_text(_numbers(config), encoding="utf-8")
         source = Path(__file__).with_name("tick.c")
-        words = [compiler, "-O2", "-ffp-contract=off", f"-I{folder}", str(source), "-lm", "-o", str(program)]
+        words = [cc, "-O2", "-ffp-contract=off", f"-I{folder}", str(source), "-lm", "-o", str(program)]
         built = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603  # its own source
         if built.returncode != 0:
             raise MrctlError(

@@ -38,9 +38,7 @@ def measure(
     Both at the loop's rate and at SCHED_FIFO 80 where that is granted, else both without. Raises MrctlError
     where cyclictest is missing or fails.
     """
-    program = shutil.which("cyclictest")
-    if program is None:
-        raise MrctlError("cyclictest is not installed; apt-get install rt-tests")
+    program = cyclictest()
     fifo = _fifo_is_granted()
     period_us = round(1e6 / config.loop.rate_hz)
     ours: list[int] = []
@@ -55,6 +53,14 @@ def measure(
         advance(2.0 * block)
     name = f"FIFO {PRIORITY}" if fifo else "no real-time priority"
     return {f"mrctl loop, {name}": _quantiles(_binned(ours)), f"cyclictest, {name}": _quantiles(theirs)}
+
+
+def cyclictest() -> str:
+    """The program's path. Raises MrctlError where it is missing."""
+    program = shutil.which("cyclictest")
+    if program is None:
+        raise MrctlError("cyclictest is not installed; apt-get install rt-tests")
+    return program
 
 
 def _binned(late_ns: list[int]) -> dict[int, int]:

@@ -77,6 +77,7 @@ def _tick(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], str
 
 
 def _lateness(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], str]:
+    lateness.cyclictest()
     with Progress("seconds", round(args.seconds)) as progress:
         late = lateness.measure(config, args.seconds, progress.advance)
     rows: list[list[Value | Cell]] = [[name, *q.values()] for name, q in late.items()]
@@ -89,6 +90,7 @@ def _lateness(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any],
 
 
 def _c_tick(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], str]:
+    c_tick.compiler()
     with Progress("ticks", max(args.ticks, 2 * c_tick.SETTLED_AFTER)) as progress:
         cost = c_tick.measure(config, args.ticks, progress.advance)
     rows: list[list[Value | Cell]] = [
