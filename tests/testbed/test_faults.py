@@ -224,8 +224,8 @@ def test_a_removed_interface_is_named_and_bound_again(
 ) -> None:
     lines = during("deleted", begins, log, 1)
     events = [line["event"] for line in lines if line["event"].startswith("link_")]
-    assert [events[0], events[-1]] == ["link_gone", "link_up"]
-    assert "link_back" in events
+    # It may be seen to go down before it is seen to be gone.
+    assert [event for event in events if event != "link_down"] == ["link_gone", "link_back", "link_up"]
 
 
 def test_a_dead_car_is_left_without_current_in_the_end(
