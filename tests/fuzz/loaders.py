@@ -175,7 +175,7 @@ class Fuzz:
         self.text = ""
 
     def step(self) -> None:
-        """Spoil one text and give it to its loader; raises BrokenError, or whatever the loader raises wrongly."""
+        """Spoil one text and give it to its loader; raises BrokenError, or what the loader must not raise."""
         known = self.corpus if self.rng.random() < 0.7 else self.corpus[: len(SEEDS)]
         name, text = self.rng.choice(known)
         self.text = spoil(self.rng, text)
