@@ -50,8 +50,9 @@ def design_inverse_filter(forward: Filter) -> Filter:
         shaping = _Shaping(forward, follow_hz, largest_gain)
         inverse = _shaped(forward, shaping, min(fastest_hz, FASTEST_SHARE * forward.sample_rate_hz))
         if _carries(inverse):
-            break
-    return inverse
+            return inverse
+    # Nothing that inverts can be carried: the inverse leaves the loop as it is, `cascade_error` tells the cost.
+    return Filter.of(forward.sample_rate_hz, (1.0,), (1.0,))
 
 
 def _shaped(forward: Filter, shaping: _Shaping, fastest_hz: float) -> Filter:

@@ -1,0 +1,93 @@
+"""`mrctl diagnose`: which physical effect is missing."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from pathlib import Path
+
+from mrctl.calibration import load_calibration
+from mrctl.cli.diagnosis import data_arguments, effects_of, load_sound
+from mrctl.discover.diagnose import Diagnosis, diagnose
+from mrctl.discover.figures import diagnosis_figures
+from mrctl.report.progress import Progress
+from mrctl.report.terminal import paint, table
+from mrctl.yaml_source.writer import write_atomically
+
+SUMMARY = "which physical effect is missing: verdict, ranking, rivals, what to measure next"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `mrctl diagnose`."""
+    parser.add_argument("calibration", metavar="CAL", help="the calibration of the damper")
+    data_arguments(parser)
+    parser.epilog = """\
+The base model and the calibration's effects are fitted anew to DATA, so that a calibration made at other
+conditions is no missing effect. Verdicts: none, found, ambiguous (and what to measure next), unexplained.
+
+example:
+  mrctl diagnose damper.yaml campaign/ --report diagnosis.html
+"""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Diagnose, print, write."""
+    calibration = load_calibration(args.calibration)
+    known, values = effects_of(calibration)
+    campaign = load_sound(args)
+    with Progress("Diagnosing", 1.0, quiet=args.quiet or args.json == "-") as progress:
+        result = diagnose(campaign, known, values, progress.update)
+    figures = diagnosis_figures(result)
+    if args.report:
+        from mrctl.discover.diagnose_report import write_diagnosis  # noqa: PLC0415 - only who asks for it loads it
+
+        words = ["mrctl", "diagnose", args.calibration, args.data, "--report", args.report]
+        write_diagnosis(result, figures, campaign, Path(args.report), shlex.join(words))
+    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
+    if args.json == "-":
+        sys.stdout.write(text)
+        return 0
+    if args.json:
+        write_atomically(args.json, text)
+    if not args.quiet:
+        print_diagnosis(result, figures)
+    return 0
+
+
+def print_diagnosis(result: Diagnosis, figures: dict) -> None:  # type: ignore[type-arg]
+    """The verdict, the ranking, the parameters, the next run."""
+    print(paint(result.verdict, "bold") + ": " + figures["words"])
+    if figures["ranking"]:
+        rows = [
+            [
+                e["effect"],
+                e["rmse_n"],
+                e["removed_percent"],
+                "yes" if e["significant"] else "no",
+                ", ".join(e["rivals"]),
+            ]
+            for e in figures["ranking"]
+        ]
+        print(
+            "\n"
+            + table(["with this effect alone", "RMSE N held out", "removed %", "significant", "rivals"], rows)
+        )
+    for one in figures["found"]:
+        print("\n" + paint(one["effect"], "bold"))
+        for name, p in one["parameters"].items():
+            ci = (
+                "not moved by this data" if p["ci95"] is None else f"{p['ci95'][0]:.4g} to {p['ci95'][1]:.4g}"
+            )
+            print(f"  {name} = {p['value']:.4g} {p['unit']}  ({ci})")
+    if figures["next_run"]:
+        n = figures["next_run"]
+        print("\n" + paint("Measure next", "bold"))
+        stroke = f"sine of {1e3 * n['amplitude_m']:.3g} mm at {n['frequency_hz']:.3g} Hz"
+        held = f"{n['temperature_c']:.0f} degC, {n['seconds']:.0f} s"
+        print(f"  {stroke}, current {n['current']}, {held}: {n['why']}")
+    if figures["cannot_reveal"]:
+        print("\n" + paint("What this campaign cannot show", "bold"))
+        for name, why in figures["cannot_reveal"].items():
+            print(f"  {name}: {why}")

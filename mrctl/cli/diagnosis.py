@@ -1,0 +1,100 @@
+"""What `diagnose`, `extend` and `discover` share: their data, their effects, their calibrations."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+
+import mrctl
+from mrctl.calibration import Calibration, Provenance, Step, calibration_from_damper, dump_calibration
+from mrctl.discover.extend import Extension
+from mrctl.measurements import Campaign, load_campaign, require_sound
+from mrctl.model.effects.base import Effect, Vector
+from mrctl.model.effects.registry import effect as effect_named
+
+
+def load_sound(args: argparse.Namespace) -> Campaign:
+    """The campaign, its quality spoken of. Raises InputError where it cannot be used."""
+    campaign = load_campaign(args.data, args.columns)
+    for problem in require_sound(campaign):
+        print(f"warning: {problem}", file=sys.stderr)
+    return campaign
+
+
+def data_arguments(parser: argparse.ArgumentParser) -> None:
+    """DATA and what goes with it."""
+    parser.add_argument("data", metavar="DATA", help="a campaign: folder of runs, or one file")
+    parser.add_argument("--columns", metavar="MAP.yaml", help="names, units and layout of foreign files")
+    parser.add_argument("--report", metavar="F.html", help="write a report with pictures")
+    parser.add_argument("--json", metavar="FILE", help="write the figures as JSON; - is standard output")
+    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+
+
+def effects_of(calibration: Calibration) -> tuple[list[Effect], dict[str, Vector]]:
+    """The calibration's effects and their parameters; those that `identify` chose by itself are left out.
+
+    Such an effect is proven anew, beside its rivals.
+    """
+    chosen = {
+        name for step in calibration.provenance.history if step.what == "identify" for name in step.effects
+    }
+    kept = {
+        name for step in calibration.provenance.history if step.what != "identify" for name in step.effects
+    }
+    known, values = [], {}
+    for setting in calibration.damper.effects:
+        if setting.name in chosen and setting.name not in kept:
+            continue
+        effect = effect_named(setting.name)
+        known.append(effect)
+        values[setting.name] = effect.vector(setting.parameters)
+    return known, values
+
+
+def write_extended(
+    extension: Extension,
+    name: str,
+    campaign: Campaign,
+    data: str,
+    output: str,
+    what: str,
+    history: Sequence[Step] = (),
+) -> None:
+    """The extended damper as a calibration with its history."""
+    today = datetime.now(UTC).date().isoformat()
+    steps = [
+        Step(
+            what=what,
+            effects=effects,
+            rmse_n=rmse,
+            noise_floor_n=extension.noise_floor_n,
+            date=today,
+            data=f"{data}, sha256 {campaign.sha256[:16]}",
+            version=mrctl.__version__,
+        )
+        for effects, rmse in extension.steps
+    ]
+    provenance = Provenance(
+        source=f"{len(campaign)} runs in {data}",
+        created=today,
+        method=f"mrctl {what}: base model and effects fitted jointly, proven on {len(extension.held_out)} "
+        "runs left out",
+        data_sha256=campaign.sha256,
+        history=(*history, *steps),
+    )
+    dump_calibration(calibration_from_damper(name, extension.damper, provenance, extension.std), output)
+
+
+def extension_figures(extension: Extension, parameters: Mapping[str, object]) -> dict[str, object]:
+    """What `extend --json` writes."""
+    return {
+        "effects": list(extension.effects),
+        "rmse_before_n": extension.rmse_before_n,
+        "rmse_after_n": extension.rmse_after_n,
+        "noise_floor_n": extension.noise_floor_n,
+        "held_out": list(extension.held_out),
+        "parameters": parameters,
+        "steps": [{"effects": list(names), "rmse_n": rmse} for names, rmse in extension.steps],
+    }

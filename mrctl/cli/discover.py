@@ -1,0 +1,76 @@
+"""`mrctl discover`: measurements to a calibration with every effect that they bear out."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from pathlib import Path
+
+from mrctl.cli.diagnose import print_diagnosis
+from mrctl.cli.diagnosis import data_arguments, extension_figures, load_sound, write_extended
+from mrctl.cli.extend import print_extension
+from mrctl.discover.discover import discover
+from mrctl.discover.figures import diagnosis_figures, parameters_of
+from mrctl.errors import InputError
+from mrctl.report.progress import Progress
+from mrctl.yaml_source.writer import write_atomically
+
+SUMMARY = "identify, then diagnose and extend until nothing more can honestly be added"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `mrctl discover`."""
+    data_arguments(parser)
+    parser.add_argument("-o", "--output", required=True, metavar="CAL.yaml", help="the calibration to write")
+    parser.add_argument("--name", help="what to call the damper (default: the folder's name)")
+    parser.epilog = """\
+An effect that the data cannot tell from another is not added: the next run to make is proposed instead.
+
+example:
+  mrctl discover campaign/ -o damper.yaml --report discovery.html
+"""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Discover, print, write."""
+    campaign = load_sound(args)
+    with Progress("Discovering", 1.0, quiet=args.quiet or args.json == "-") as progress:
+        try:
+            result = discover(campaign, progress.update)
+        except ValueError as error:
+            raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
+    extension = result.extension
+    name = args.name or Path(args.data).resolve().stem
+    write_extended(extension, name, campaign, args.data, args.output, "discover")
+    parameters = {name: parameters_of(extension.fit, name) for name in extension.effects}
+    diagnosis = diagnosis_figures(result.diagnosis)
+    figures = {
+        **extension_figures(extension, parameters),
+        "history": [
+            {"effects": list(names), "rmse_n": rmse, "noise_floor_n": extension.noise_floor_n}
+            for names, rmse in extension.steps
+        ],
+        "verdict": result.verdict,
+        "words": result.words,
+        "diagnosis": diagnosis,
+        "next_run": diagnosis["next_run"],
+    }
+    if args.report:
+        from mrctl.discover.discover_report import write_discovery  # noqa: PLC0415 - only who asks for it loads it
+
+        words = ["mrctl", "discover", args.data, "-o", args.output, "--report", args.report]
+        write_discovery(result, figures, campaign, Path(args.report), shlex.join(words))
+    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
+    if args.json == "-":
+        sys.stdout.write(text)
+        return 0
+    if args.json:
+        write_atomically(args.json, text)
+    if not args.quiet:
+        print_diagnosis(result.diagnosis, diagnosis)
+        print()
+        print_extension(figures, args.output)
+        print(f"\nnow: {result.verdict}. {result.words}")
+    return 0

@@ -1,0 +1,104 @@
+"""`mrctl extend`: adds effects to a calibration, and shows the error before and after."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from pathlib import Path
+
+from mrctl.calibration import load_calibration
+from mrctl.cli.diagnosis import data_arguments, effects_of, extension_figures, load_sound, write_extended
+from mrctl.discover.extend import extend
+from mrctl.discover.figures import parameters_of
+from mrctl.errors import InputError
+from mrctl.model.effects.registry import effect as effect_named
+from mrctl.report.progress import Progress
+from mrctl.yaml_source.writer import write_atomically
+
+SUMMARY = "add effects to a calibration: joint refit, proven on runs left out"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `mrctl extend`."""
+    parser.add_argument("calibration", metavar="CAL", help="the calibration to extend")
+    data_arguments(parser)
+    parser.add_argument(
+        "--effect", nargs="+", action="extend", default=[], metavar="NAME", help="add these (mrctl effects)"
+    )
+    parser.add_argument(
+        "--remove", nargs="+", action="extend", default=[], metavar="NAME", help="take these out again"
+    )
+    parser.add_argument("-o", "--output", required=True, metavar="CAL2.yaml", help="the calibration to write")
+    parser.epilog = """\
+Base and effects are fitted together. The error before and after is measured on runs that those fits did not
+see; what is written is then fitted to all runs.
+
+examples:
+  mrctl extend damper.yaml campaign/ --effect gas_spring -o extended.yaml --report extended.html
+  mrctl extend extended.yaml campaign/ --remove gas_spring -o plain.yaml
+"""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Extend, prove, write."""
+    calibration = load_calibration(args.calibration)
+    if not args.effect and not args.remove:
+        raise InputError.at(
+            "--effect", "nothing to add or remove", "name an effect; `mrctl effects` lists them"
+        )
+    has = {setting.name for setting in calibration.damper.effects}
+    for name in args.remove:
+        if name not in has:
+            raise InputError.at(
+                args.calibration,
+                f"has no effect {name} to remove",
+                f"it has {', '.join(sorted(has)) or 'none'}",
+            )
+    added = [effect_named(name) for name in dict.fromkeys(args.effect)]
+    campaign = load_sound(args)
+    known, values = effects_of(calibration)
+    wanted = {e.name for e in added}
+    kept = [e for e in known if e.name not in args.remove and e.name not in wanted]
+    with Progress("Extending", 1.0, quiet=args.quiet or args.json == "-") as progress:
+        try:
+            result = extend(campaign, kept, added, values, report=progress.update)
+        except ValueError as error:
+            raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
+    what = "extend" if added else "remove " + ", ".join(args.remove)
+    write_extended(
+        result, calibration.name, campaign, args.data, args.output, what, calibration.provenance.history
+    )
+    parameters = {name: parameters_of(result.fit, name) for name in result.effects}
+    figures = extension_figures(result, parameters)
+    if args.report:
+        from mrctl.discover.extend_report import write_extension  # noqa: PLC0415 - only who asks for it loads it
+
+        words = ["mrctl", "extend", args.calibration, args.data, "--effect", *args.effect, "-o", args.output]
+        write_extension(result, figures, campaign, Path(args.report), shlex.join(words))
+    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
+    if args.json == "-":
+        sys.stdout.write(text)
+        return 0
+    if args.json:
+        write_atomically(args.json, text)
+    if not args.quiet:
+        print_extension(figures, args.output)
+    return 0
+
+
+def print_extension(figures: dict, output: str) -> None:  # type: ignore[type-arg]
+    """The error falling, and the parameters."""
+    floor = figures["noise_floor_n"]
+    for step in figures["steps"]:
+        print(
+            f"{step['rmse_n']:10.3g} N held out with {', '.join(step['effects']) or 'the base model alone'}"
+        )
+    print(f"{'not known' if floor is None else f'{floor:10.3g} N'} noise")
+    for name, parameters in figures["parameters"].items():
+        print(f"\n{name}")
+        for key, p in parameters.items():
+            ci = "" if p["ci95"] is None else f"  ({p['ci95'][0]:.4g} to {p['ci95'][1]:.4g})"
+            print(f"  {key} = {p['value']:.4g} {p['unit']}{ci}")
+    print(f"\nheld out: {', '.join(figures['held_out'])}\nwritten: {output}")

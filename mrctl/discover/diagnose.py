@@ -1,0 +1,212 @@
+"""Which physical effect is missing: search, verdict, and what stands behind it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.next_run import NextRun, propose
+from mrctl.discover.proof import Proof
+from mrctl.discover.reveal import hidden_effects
+from mrctl.discover.rivals import Rival, rivals_of
+from mrctl.discover.search import Level, Trial, search_level, without
+from mrctl.discover.structure import Structure, structure_of
+from mrctl.measurements.run import Campaign
+from mrctl.model.effects.base import Effect
+from mrctl.model.effects.registry import effects
+
+Array = NDArray[np.float64]
+Report = Callable[[float, str], None]
+
+MOST_EFFECTS = 4
+SIGNIFICANCE = 0.01  # over all candidates together
+LEAST_SCORE = 10.0
+LEAST_SHARE = 0.02  # of the mean square that an effect must take off, ...
+LATER_SHARE = (
+    0.04  # ... and of what all effects take off: less may be the first one's form that is not quite so
+)
+CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
+LEFT_OF_NOISE = 0.15  # what may be left over the noise, of the noise's mean square
+EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
+FLOOR_DOUBT = 0.2  # relative doubt about a noise floor's mean square
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """An effect that belongs into the model, and its rivals."""
+
+    trial: Trial
+    rivals: list[Rival]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The verdict and everything that it stands on; mean squares in N² at the rate of the search."""
+
+    verdict: str
+    effects: tuple[str, ...]
+    found: list[Found]
+    base: Proof
+    final: Proof
+    first: Level
+    floor: float | None
+    structure: Structure
+    left: Structure
+    removable: float
+    hidden: dict[str, str]  # effects that this campaign cannot show, and why
+    next_run: NextRun | None
+    evidence: Evidence
+    seconds: float
+    levels: list[Level] = field(default_factory=list)
+
+
+def diagnose(
+    campaign: Campaign,
+    known: Sequence[Effect] = (),
+    values: dict[str, tuple[float, ...]] | None = None,
+    report: Report = lambda _share, _what: None,
+) -> Diagnosis:
+    """What is missing from the base model with the known effects. Raises InputError for unusable runs."""
+    began = time.monotonic()
+    evidence = Evidence.of(campaign)
+    report(0.05, "base model")
+    base = evidence.base(known, values)
+    floor = evidence.floor_mean_square(base)
+    structure = structure_of(base.fit, evidence.folds)
+    candidates, untestable = evidence.candidates(known)
+    report(0.3, "candidates")
+    levels, found = _search(evidence, base, candidates, report)
+    final = found[-1].proof if found else base
+    stands = [(found[0], levels[0])] if len(found) == 1 else []
+    if len(found) > 1:
+        stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final)
+    left = structure_of(final.fit, evidence.folds)
+    rest = _left_over(final, floor, left)
+    removable = base.mean_square - final.mean_square + rest
+    cleared = rest <= LEFT_OF_NOISE * (final.mean_square - rest)
+    named = [Found(trial, rivals_of(trial, level, cleared=cleared)) for trial, level in stands]
+    verdict, named_effects = _verdict(base, final, named, removable, cleared=cleared)
+    colour = float(np.median(final.colour))
+    hidden = {**untestable, **hidden_effects(levels[0].looks, colour)}
+    proposal = _proposal(named, colour) if verdict == "ambiguous" else None
+    report(1.0, verdict)
+    return Diagnosis(
+        verdict,
+        named_effects,
+        named,
+        base,
+        final,
+        levels[0],
+        floor,
+        structure,
+        left,
+        removable,
+        {name: why for name, why in hidden.items() if name not in named_effects},
+        proposal,
+        evidence,
+        time.monotonic() - began,
+        levels,
+    )
+
+
+def _search(
+    evidence: Evidence, base: Proof, candidates: list[Effect], report: Report
+) -> tuple[list[Level], list[Trial]]:
+    here = base
+    found: list[Trial] = []
+    levels: list[Level] = []
+    for number in range(MOST_EFFECTS + 1):
+        rest = [c for c in candidates if c.name not in {t.effect.name for t in found}]
+        level = search_level(here, rest, evidence.folds)
+        levels.append(level)
+        report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
+        best = next((t for t in level.trials if accepted(t, here, len(rest))), None)
+        if best is None or number == MOST_EFFECTS:
+            break
+        taken = base.mean_square - best.proof.mean_square
+        if here.mean_square - best.proof.mean_square < LATER_SHARE * taken:
+            break
+        found.append(best)
+        here = best.proof
+    return levels, found
+
+
+def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
+    """Whether an effect is real: beyond chance, worth its parameters, worth naming, and true held out."""
+    return (
+        trial.chance * candidates < SIGNIFICANCE
+        and trial.score > LEAST_SCORE
+        and before.mean_square - trial.proof.mean_square > LEAST_SHARE * before.mean_square
+        and trial.proof.held_out_mean_square < before.held_out_mean_square
+    )
+
+
+def _confirmed(
+    evidence: Evidence, candidates: list[Effect], chosen: list[Effect], final: Proof
+) -> tuple[list[tuple[Trial, Level]], Proof]:
+    """Each effect as if it were the last one added, beside all that could stand in its place.
+
+    One that the others made needless is dropped; one that another fits clearly better is exchanged.
+    """
+    todo = list(chosen)
+    stands: list[tuple[Trial, Level]] = []
+    while todo:
+        effect = todo.pop(0)
+        others = {e.name for e in final.fit.model.effects.chosen} - {effect.name}
+        smaller = without(final, effect.name, evidence.folds)
+        rest = [c for c in candidates if c.name not in others]
+        level = search_level(smaller, rest, evidence.folds, near=CLOSE)
+        best = next((t for t in level.trials if accepted(t, smaller, len(rest))), None)
+        if best is None:
+            final = smaller
+            continue
+        own = next((t for t in level.trials if t.effect.name == effect.name), None)
+        keep = own is not None and own.score > best.score - LEAST_SCORE
+        stands.append((own if keep and own is not None else best, level))
+        if not keep:
+            final = best.proof
+    return stands, final
+
+
+def _left_over(final: Proof, floor: float | None, left: Structure) -> float:
+    """What is left that is not noise, N²."""
+    structured = left.explained_n2 if left.significant else 0.0
+    if floor is None:
+        return structured
+    excess = final.mean_square - floor
+    return max(excess - FLOOR_DOUBT * floor, structured, 0.0)
+
+
+def _verdict(
+    base: Proof,
+    final: Proof,
+    named: list[Found],
+    removable: float,
+    *,
+    cleared: bool,
+) -> tuple[str, tuple[str, ...]]:
+    if not named:
+        return ("none", ()) if cleared else ("unexplained", ())
+    explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
+    if not cleared and explained < EXPLAINED:
+        return "unexplained", ()
+    names = [f.trial.effect.name for f in named]
+    rivals = [r.name for f in named for r in f.rivals]
+    if rivals:
+        return "ambiguous", tuple(dict.fromkeys([*names, *rivals]))
+    return "found", tuple(names)
+
+
+def _proposal(named: list[Found], colour: float) -> NextRun | None:
+    """The next run for the first effect that has rivals."""
+    known = effects()
+    for one in named:
+        if one.rivals:
+            rivals = [known[r.name] for r in one.rivals]
+            return propose(one.trial.fit, one.trial.effect, rivals, colour)
+    return None

@@ -1,0 +1,131 @@
+"""A diagnosis as JSON-ready figures, and in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.diagnose import Diagnosis, accepted
+from mrctl.discover.search import Trial
+from mrctl.identify.joint import JointFit
+from mrctl.model.effects.card import card
+
+Array = NDArray[np.float64]
+
+NORMAL_95 = 1.96
+
+
+def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
+    """All that `mrctl diagnose --json` writes."""
+    candidates = len(d.first.looks)
+    rivals = {f.trial.effect.name: [r.name for r in f.rivals] for f in d.found}
+    ranking = [
+        _entry(t, d, accepted(t, d.first.before, candidates), rivals.get(t.effect.name))
+        for t in d.first.trials
+    ]
+    return {
+        "verdict": d.verdict,
+        "effects": list(d.effects),
+        "words": verdict_words(d),
+        "rmse_n": root(d.base.held_out_mean_square),
+        "rmse_after_n": root(d.final.held_out_mean_square),
+        "noise_floor_n": None if d.floor is None else root(d.floor),
+        "removable_n": root(d.removable),
+        "explained_percent": explained_percent(d),
+        "ranking": ranking,
+        "found": [
+            {
+                "effect": f.trial.effect.name,
+                "parameters": parameters_of(d.final.fit, f.trial.effect.name),
+                "rivals": [{"effect": r.name, "why": r.why} for r in f.rivals],
+            }
+            for f in d.found
+        ],
+        "structure": {
+            "explained_percent_of_residual": 100.0 * d.left.share if d.left.significant else 0.0,
+            "where": [
+                {"signals": list(m.signals), "explained_n": root(m.explained_n2)}
+                for m in d.left.maps[:3]
+                if m.explained_n2 > 0.0
+            ],
+        },
+        "cannot_reveal": d.hidden,
+        "next_run": None if d.next_run is None else d.next_run.figures(),
+        "seconds": d.seconds,
+    }
+
+
+def _entry(t: Trial, d: Diagnosis, significant: bool, rivals: list[str] | None) -> dict[str, Any]:  # noqa: FBT001
+    before = d.base.mean_square - t.proof.mean_square
+    return {
+        "effect": t.effect.name,
+        "rmse_n": root(t.proof.held_out_mean_square),
+        "removed_percent": 100.0 * float(np.clip(before / d.removable, 0.0, 1.0))
+        if d.removable > 0.0
+        else 0.0,
+        "significant": significant,
+        "rivals": rivals or [],
+        "parameters": parameters_of(t.fit, t.effect.name),
+        "equation": card(t.effect)["equation"],
+        "chance": t.chance,
+    }
+
+
+def parameters_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
+    """An effect's parameters in a fit: value, unit and 95 % interval; None where the data did not move it."""
+    effect = next(e for e in fit.model.effects.chosen if e.name == name)
+    values = fit.effect_values[name]
+    spread = fit.effect_std()[name]
+    at = fit.model.layout.size
+    for other in fit.model.effects.chosen:
+        if other.name == name:
+            break
+        at += len(other.parameters)
+    result = {}
+    for k, (p, value, std) in enumerate(zip(effect.parameters, values, spread, strict=True)):
+        held = bool(fit.solution.held[at + k])
+        low, high = max(p.low, value - NORMAL_95 * std), min(p.high, value + NORMAL_95 * std)
+        result[p.name] = {
+            "value": value,
+            "unit": p.unit,
+            "ci95": None if held else [low, high],
+        }
+    return result
+
+
+def explained_percent(d: Diagnosis) -> float:
+    """What the effects found take off, of what can be removed."""
+    if d.removable <= 0.0:
+        return 0.0
+    return 100.0 * float(np.clip((d.base.mean_square - d.final.mean_square) / d.removable, 0.0, 1.0))
+
+
+def verdict_words(d: Diagnosis) -> str:
+    """The verdict in a sentence or two."""
+    before, after = root(d.base.held_out_mean_square), root(d.final.held_out_mean_square)
+    floor = "" if d.floor is None else f" The noise is {root(d.floor):.3g} N."
+    names = ", ".join(d.effects)
+    if d.verdict == "none":
+        return f"Nothing is missing that this campaign can show: {before:.3g} N held out.{floor}"
+    if d.verdict == "found":
+        return (
+            f"Missing: {names}. With it the held-out error falls from {before:.3g} to {after:.3g} N.{floor}"
+        )
+    if d.verdict == "ambiguous":
+        why = "; ".join(dict.fromkeys(f"{r.name}: {r.why}" for f in d.found for r in f.rivals))
+        return f"One of {names} is missing, and this campaign cannot tell which ({why}).{floor}"
+    where = ", ".join(" and ".join(m.signals) for m in d.left.maps[:2] if m.explained_n2 > 0.0)
+    where = f" It shows over {where}." if where else ""
+    part = ""
+    if d.found:
+        helps = ", ".join(f.trial.effect.name for f in d.found)
+        part = f" The nearest ({helps}) explains {explained_percent(d):.0f} % of it only."
+    left = root(d.removable)
+    return f"Something is missing that no known effect explains: {left:.3g} N.{part}{where}{floor}"
+
+
+def root(mean_square: float) -> float:
+    """RMS in N."""
+    return float(np.sqrt(max(mean_square, 0.0)))

@@ -1,0 +1,192 @@
+"""The next run to make: the one in which the rivals differ most, beyond what either could adapt.
+
+Each proposal is simulated with the found model. Its rival is allowed to adapt all that the campaign leaves
+open, signs too; what then still differs, in units of the noise, is how clearly the run would tell them apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from mrctl.identify.base import averaged
+from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.penalties import total_weight
+from mrctl.identify.records import Record
+from mrctl.model.effects.base import Effect
+
+Array = NDArray[np.float64]
+
+SECONDS, RATE_HZ, RAMP_S = 4.0, 500.0, 0.5
+FREQUENCIES_HZ = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+STROKE_SHARES = (1.0, 0.5, 0.2)
+CLEAR = 5.0  # standard deviations that count as clear
+
+
+@dataclass(frozen=True, slots=True)
+class NextRun:
+    """A run to make, and how clearly (in standard deviations) it separates the worst pair of rivals."""
+
+    amplitude_m: float
+    frequency_hz: float
+    current: str
+    temperature_c: float
+    seconds: float
+    separation: float
+    separates: tuple[str, ...]
+    why: str
+    record: Record
+
+    def figures(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "motion": "sine",
+            "amplitude_m": self.amplitude_m,
+            "frequency_hz": self.frequency_hz,
+            "current": self.current,
+            "temperature_c": self.temperature_c,
+            "seconds": self.seconds,
+            "separation_sigma": self.separation,
+            "separates": list(self.separates),
+            "why": self.why,
+        }
+
+
+def propose(fit: JointFit, chosen: Effect, rivals: Sequence[Effect], colour: float) -> NextRun | None:
+    """The best next run within the speeds, strokes, currents and temperatures of the campaign.
+
+    fit: base with `chosen`; colour: samples that count as one. None where no run would separate them.
+    """
+    best: NextRun | None = None
+    others = [_Alternative(fit, chosen, rival) for rival in rivals]
+    for amplitude, hz, current, record in _proposals(fit.model):
+        scores = [other.separation(record) / np.sqrt(colour) for other in others]
+        if best is None or min(scores) > best.separation:
+            names = (chosen.name, *(r.name for r in rivals))
+            best = NextRun(
+                amplitude,
+                hz,
+                current,
+                float(record.temperature_c[0]),
+                SECONDS,
+                float(min(scores)),
+                names,
+                f"{' and '.join(names)} would differ by {min(scores):.0f} standard deviations, "
+                "all else adapted",
+                record,
+            )
+    return best if best is not None and best.separation >= CLEAR else None
+
+
+class _Alternative:
+    """The rival in place of the found effect, with all that it could adapt."""
+
+    def __init__(self, fit: JointFit, chosen: Effect, rival: Effect) -> None:
+        self._fit = fit
+        model = fit.model
+        both = Effects((*model.effects.chosen, rival))
+        self._model = model.with_effects(both)
+        values = dict(fit.effect_values)
+        self._truth = np.concatenate([fit.theta, Effects((rival,)).pack({rival.name: rival.neutral})])
+        # The alternative has none of the found effect and a typical rival; its base starts where the fit is.
+        values[chosen.name] = chosen.neutral
+        values[rival.name] = rival.typical
+        layout = model.layout.size
+        self._theta = np.concatenate([fit.theta[:layout], both.pack(values)])
+        at = layout
+        frozen = np.zeros(self._model.size, dtype=bool)
+        for effect in both.chosen:
+            if effect.name == chosen.name:
+                frozen[at : at + len(effect.parameters)] = True
+            at += len(effect.parameters)
+        self._move = np.flatnonzero(~frozen)
+        size = self._model.size
+        matrix, right, square = np.zeros((size, size)), np.zeros(size), 0.0
+        for weight, target, (_, rows), start in zip(
+            self._model.weights,
+            self._model.predict(self._truth),
+            self._model.jacobians(self._theta),
+            self._model.predict(self._theta),
+            strict=True,
+        ):
+            factor = max(1, target.size // max(rows.values.shape[1], 1))
+            gap = averaged(target - start, factor)[-rows.values.shape[1] :]
+            matrix[np.ix_(rows.index, rows.index)] += weight * (rows.values @ rows.values.T)
+            right[rows.index] += weight * (rows.values @ gap)
+            square += weight * float(gap @ gap)
+        self._matrix = matrix + total_weight(self._model.penalties())
+        self._right, self._square = right, square
+        self._weight = float(np.median(self._model.weights))
+
+    def separation(self, record: Record) -> float:
+        """Root of what the new run adds to the misfit after the best adaptation, in units of the noise."""
+        model = self._model.on([record])
+        truth, start = model.predict(self._truth)[0], model.predict(self._theta)[0]
+        _, rows = next(iter(model.jacobians(self._theta)))
+        gap = (truth - start)[-rows.values.shape[1] :]
+        matrix, right = self._matrix.copy(), self._right.copy()
+        matrix[np.ix_(rows.index, rows.index)] += self._weight * (rows.values @ rows.values.T)
+        right[rows.index] += self._weight * (rows.values @ gap)
+        square = self._square + self._weight * float(gap @ gap)
+        with_run = _least(matrix, right, square, self._move)
+        return float(
+            np.sqrt(max(with_run - _least(self._matrix, self._right, self._square, self._move), 0.0))
+        )
+
+
+def _least(matrix: Array, right: Array, square: float, move: NDArray[np.intp]) -> float:
+    part = matrix[np.ix_(move, move)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-30))
+    scaled = part * np.outer(scale, scale)
+    scaled[np.diag_indices_from(scaled)] += 1e-10
+    side = scale * right[move]
+    return square - float(side @ cho_solve(cho_factor(scaled), side))
+
+
+def _proposals(model: JointModel) -> list[tuple[float, float, str, Record]]:
+    records = model.records
+    stroke = max(0.5 * float(np.ptp(r.displacement_m)) for r in records)
+    top = max(float(np.abs(r.velocity_m_s).max()) for r in records)
+    high = max(float(r.current_a.max()) for r in records)
+    warm = float(np.median([r.temperature_c.mean() for r in records]))
+    t = np.arange(int(SECONDS * RATE_HZ)) / RATE_HZ
+    steps = np.where((t % 1.0) < 0.5, high, 0.0)
+    profiles = {f"{high:.3g} A": np.full(t.size, high), "0 A": np.zeros(t.size)}
+    if high > 0.0:
+        profiles[f"steps between 0 and {high:.3g} A, twice a second"] = steps
+        profiles[f"rising from 0 to {high:.3g} A and back"] = high * (1.0 - np.abs(2.0 * t / t[-1] - 1.0))
+    made = []
+    for hz, share in product(FREQUENCIES_HZ, STROKE_SHARES):
+        amplitude = min(share * stroke, top / (2.0 * np.pi * hz))
+        if amplitude < 0.02 * stroke or (share < 1.0 and amplitude < share * stroke):
+            continue
+        phase = 2.0 * np.pi * hz * t
+        ramp = np.clip(t / RAMP_S, 0.0, 1.0)
+        x = amplitude * ramp * np.sin(phase)
+        v = np.gradient(x, 1.0 / RATE_HZ)
+        for words, current in profiles.items():
+            made.append(
+                (
+                    amplitude,
+                    hz,
+                    words,
+                    replace(
+                        records[0],
+                        rate_hz=RATE_HZ,
+                        velocity_m_s=v,
+                        current_a=current,
+                        temperature_c=np.full(t.size, warm),
+                        force_n=np.zeros(t.size),
+                        displacement_m=x,
+                        acceleration_m_s2=np.gradient(v, 1.0 / RATE_HZ),
+                    ),
+                )
+            )
+    return made

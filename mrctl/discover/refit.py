@@ -1,0 +1,110 @@
+"""From a searched model to one that can be written down: fitted to all data, and proven on runs left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.folds import covered
+from mrctl.discover.noise_floor import noise_floor, pooled_floor
+from mrctl.identify.best import fit_base, moved
+from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.records import Record
+from mrctl.measurements.run import Campaign
+from mrctl.model.effects.base import Effect, Vector
+
+Array = NDArray[np.float64]
+
+FITTED_HZ = 1000.0  # records that are faster are averaged
+SIGNALS = (
+    "velocity_m_s",
+    "current_a",
+    "temperature_c",
+    "force_n",
+    "displacement_m",
+    "acceleration_m_s2",
+)
+HELD_OUT_SHARE = 4  # one run of so many is left out, or the last such part of each run
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """Records to fit and records to be proven on, and what the latter are called."""
+
+    training: list[Record]
+    held_out: list[Record]
+    names: tuple[str, ...]
+    noise_floor_n: float | None
+
+
+def thinned(records: Sequence[Record]) -> list[Record]:
+    """The records at a rate that fits need."""
+    return [r.decimated(max(1, int(r.rate_hz / FITTED_HZ))) for r in records]
+
+
+def split(campaign: Campaign, records: Sequence[Record]) -> Split:
+    """Every fourth run whose conditions others cover; where there is none, the last quarter of every run."""
+    chosen: list[int] = []
+    spare = [n for n, r in enumerate(records) if covered(r, [o for m, o in enumerate(records) if m != n])]
+    for n in spare[1 :: max(1, len(spare) * HELD_OUT_SHARE // max(len(records), 1))]:
+        rest = [o for m, o in enumerate(records) if m not in {n, *chosen}]
+        if len(chosen) < max(1, len(records) // HELD_OUT_SHARE) and covered(records[n], rest):
+            chosen.append(n)
+    if chosen:
+        held = [records[n] for n in chosen]
+        runs = [campaign.runs[r.run] for r in held]
+        floor = pooled_floor([noise_floor(run) for run in runs], [len(run) for run in runs])
+        rest = [r for n, r in enumerate(records) if n not in chosen]
+        return Split(rest, held, tuple(run.name for run in runs), floor)
+    runs = [campaign.runs[r.run] for r in records]
+    floor = pooled_floor([noise_floor(run) for run in runs], [len(run) for run in runs])
+    cut = [len(r) - len(r) // HELD_OUT_SHARE for r in records]
+    return Split(
+        [part(r, 0, at) for r, at in zip(records, cut, strict=True)],
+        [part(r, at, len(r)) for r, at in zip(records, cut, strict=True)],
+        tuple(f"{run.name} (last quarter)" for run in runs),
+        floor,
+    )
+
+
+def part(record: Record, first: int, last: int) -> Record:
+    """A stretch of a record."""
+    return replace(record, **{name: getattr(record, name)[first:last] for name in SIGNALS})
+
+
+def fitted(
+    records: Sequence[Record],
+    chosen: Sequence[Effect],
+    values: Mapping[str, Vector],
+    *,
+    start: JointFit | None = None,
+    free: Mapping[str, Sequence[bool]] | None = None,
+) -> JointFit:
+    """Base and effects fitted jointly to records; `start`: a fit of the same data whose tables to begin with.
+
+    values: where the effects begin, SI; free: which of their parameters move (default: all not held).
+    """
+    base = fit_base(records)
+    layout = base.model.layout
+    tables = base.tables if start is None else moved(start.tables, start.model.layout, layout)
+    model = JointModel(layout, records, Effects(tuple(chosen)))
+    mask = model.free()
+    if free is not None and chosen:
+        own = [flag for e in chosen for flag in free.get(e.name, [not p.held for p in e.parameters])]
+        mask[layout.size :] = own
+    theta = model.pack(tables, values)
+    model.reweigh(theta)
+    old = {p.name: p.weight for p in base.penalties}
+    penalties = [replace(p, weight=old.get(p.name, p.weight)) for p in model.penalties()]
+    if not chosen:
+        return base
+    return model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=15)
+
+
+def error_on(fit: JointFit, records: Sequence[Record]) -> float:
+    """RMS error in N on other records."""
+    return fit.model.on(records).rmse_n(fit.theta)

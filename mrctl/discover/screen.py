@@ -1,0 +1,220 @@
+"""A first look at a candidate: how much of the residual it would take, the model moving along its tangent.
+
+The force's dependence on the candidate's own parameters is simulated, not linearised: a memory effect is a
+state, not a regressor. Full joint fits come after, for the few candidates that look best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from mrctl.discover.tangent import Tangent
+from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint import JointModel
+from mrctl.model.effects.base import Effect, Ranges, Vector
+
+Array = NDArray[np.float64]
+
+STEPS = 4
+CLIMBED = 7
+HALVINGS = 3
+SLOPE_STEP = 1e-3  # of a parameter's scale
+WORTH = 0.02  # share of the gain so far that another step must promise
+ABSORBED = (
+    3e-4  # share of a slope's square beyond the model: less, and the model can do without that parameter
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What a candidate takes off the weighed square sum, and with which parameters (SI).
+
+    `slopes` (own free parameters, n): how the force moves with them at that point, beyond what the model
+    absorbs; `force` (n): the candidate's own force beyond it.
+    """
+
+    effect: Effect
+    gain: float
+    values: Vector
+    force: Array
+    slopes: Array
+    settled: Array  # the model's vector, settled around the candidate's force
+    usual_force: float  # square sum of the force at the usual size, in units of the noise ...
+    usual_beyond: float  # ... and of what the model does not take up
+    free: NDArray[np.bool_]  # which parameters this data can move: not those held, nor those absorbed
+
+
+def ranges_of(model: JointModel) -> Ranges:
+    """The largest absolute values in the records."""
+    r = model.records
+    return Ranges(
+        max(float(np.max(np.abs(one.displacement_m))) for one in r),
+        max(float(np.max(np.abs(one.velocity_m_s))) for one in r),
+        max(float(np.max(one.current_a)) for one in r),
+        max(float(np.quantile(np.abs(one.force_n), 0.995)) for one in r),
+        max(0.0, *(-float(np.quantile(one.force_n, 0.005)) for one in r)),
+    )
+
+
+class Screen:
+    """Looks at candidates beside one fitted model."""
+
+    def __init__(self, tangent: Tangent) -> None:
+        self.tangent = tangent
+        self.base = tangent.fit.model
+        self._ranges = ranges_of(self.base)
+        self.here = tangent.stacked(self.base.predict(tangent.fit.theta))
+
+    def glance(self, effect: Effect) -> list[tuple[float, Vector]]:
+        """For each starting point, the gain that one linear step promises."""
+        return [
+            (self._Trial(self, effect).promise(np.array(start)), start)
+            for start in effect.starting_points(self._ranges)
+        ]
+
+    def climb(self, effect: Effect, start: Vector) -> Look:
+        """The look from a starting point, moved to where the candidate takes most."""
+        return self._Trial(self, effect).climb(np.array(start))
+
+    def at(self, effect: Effect, values: Vector) -> Look:
+        """The look at given parameters, not moved."""
+        return self._Trial(self, effect).look(np.array(values))
+
+    class _Trial:
+        """One effect beside the model: its force at any of its parameters."""
+
+        def __init__(self, screen: Screen, effect: Effect) -> None:
+            self._screen = screen
+            self._tangent = screen.tangent
+            self._effect = effect
+            chosen = screen.base.effects.chosen
+            self._model = screen.base.with_effects(Effects((*chosen, effect)))
+            self._scales = np.array([p.step_scale for p in effect.parameters])
+            self._lower = np.array([p.low for p in effect.parameters])
+            self._upper = np.array([p.high for p in effect.parameters])
+            self._free = np.array([not p.held for p in effect.parameters])
+
+        def _force(self, values: Array) -> Array:
+            theta = np.concatenate([self._tangent.fit.theta, values / self._scales])
+            return self._tangent.stacked(self._model.predict(theta)) - self._screen.here
+
+        def _gain(self, force: Array) -> float:
+            """How far the penalised square sum falls when the model settles around this force."""
+            return float(force @ (2.0 * self._tangent.residual - self._tangent.beyond(force)))
+
+        def _slopes(self, values: Array, force: Array) -> Array:
+            rows = []
+            for k in np.flatnonzero(self._free):
+                small = SLOPE_STEP * self._scales[k]
+                if values[k] + small > self._upper[k]:
+                    small = -small
+                moved = values.copy()
+                moved[k] += small
+                rows.append((self._force(moved) - force) * (self._scales[k] / small))
+            return np.array(rows)
+
+        def look(self, values: Array) -> Look:
+            force = self._force(values)
+            return self._look(self._gain(force), values, force)
+
+        def _look(self, gain: float, values: Array, force: Array) -> Look:
+            """The look at these parameters, whose own force (n) is given."""
+            slopes = self._slopes(values, force) if self._free.any() else np.zeros((0, force.size))
+            beyond = self._tangent.beyond(np.concatenate([force[None], slopes]))
+            return Look(
+                self._effect,
+                gain,
+                tuple(values.tolist()),
+                beyond[0],
+                beyond[1:],
+                self._tangent.moved(force),
+                *self._usual(),
+                self._free.copy(),
+            )
+
+        def _hold_absorbed(self, values: Array) -> Array:
+            """Leave to the model what its own parameters do as well: such a parameter goes to neutral."""
+            slopes = self._slopes(values, self._force(values))
+            size = np.sum(slopes**2, axis=1)
+            left = np.sum(slopes * self._tangent.beyond(slopes), axis=1)
+            values = values.copy()
+            for k, whole, rest in zip(np.flatnonzero(self._free), size, left, strict=True):
+                if whole > 0.0 and rest < ABSORBED * whole:
+                    values[k] = self._effect.parameters[k].neutral
+                    self._free[k] = False
+            return values
+
+        def _usual(self) -> tuple[float, float]:
+            """The square sum of the force at the typical parameters, and of its part beyond the model."""
+            force = self._force(np.array(self._effect.typical))
+            return float(force @ force), float(force @ self._tangent.beyond(force))
+
+        def promise(self, values: Array) -> float:
+            """What the best linear step from here would gain."""
+            force = self._force(values)
+            slopes = self._slopes(values, force)
+            beyond = self._tangent.beyond(np.concatenate([force[None], slopes]))
+            step = self._step(values, slopes, beyond)
+            whole, moved = force + step @ slopes, beyond[0] + step @ beyond[1:]
+            return float(whole @ (2.0 * self._tangent.residual - moved))
+
+        def _step(self, values: Array, slopes: Array, beyond: Array) -> Array:
+            normal = slopes @ beyond[1:].T
+            right = slopes @ (self._tangent.residual - beyond[0])
+            low, high = ((b - values) / self._scales for b in (self._lower, self._upper))
+            return _bounded_step(normal, right, low[self._free], high[self._free])
+
+        def climb(self, values: Array) -> Look:
+            """Gauss-Newton steps within the bounds."""
+            values = self._hold_absorbed(values)
+            tangent, free = self._tangent, self._free
+            force = self._force(values)
+            if not free.any():
+                return self._look(0.0, values, np.zeros(force.size))
+            gain = self._gain(force)
+            for _ in range(STEPS):
+                slopes = self._slopes(values, force)
+                beyond = tangent.beyond(np.concatenate([force[None], slopes]))
+                step = self._step(values, slopes, beyond)
+                for _ in range(HALVINGS):
+                    trial = values.copy()
+                    trial[free] += step * self._scales[free]
+                    trial = np.clip(trial, self._lower, self._upper)
+                    there = self._force(trial)
+                    better = self._gain(there)
+                    if better > gain:
+                        break
+                    step = 0.25 * step
+                else:
+                    break
+                won, values, force, gain = better - gain, trial, there, better
+                if won < WORTH * max(gain, 1.0):
+                    break
+            return self._look(gain, values, force)
+
+
+def _bounded_step(normal: Array, right: Array, lower: Array, upper: Array) -> Array:
+    """The step that minimises the quadratic within bounds."""
+    size = np.sqrt(np.maximum(np.diag(normal), 1e-30))
+    scaled = normal / np.outer(size, size) + 1e-9 * np.eye(size.size)
+    root = np.linalg.cholesky(scaled + 1e-9 * np.eye(size.size))
+    target = np.linalg.solve(root, right / size)
+    low, high = np.minimum(lower * size, 0.0) - 1e-12, np.maximum(upper * size, 0.0) + 1e-12
+    return np.asarray(lsq_linear(root.T, target, (low, high), method="bvls").x / size, dtype=np.float64)
+
+
+def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
+    """All candidates, best first; only the `most` best of a first glance are looked at closely."""
+    screen = Screen(tangent)
+    glances = [screen.glance(one) for one in candidates]
+    order = sorted(range(len(candidates)), key=lambda k: -max(gain for gain, _ in glances[k]))
+    seen = []
+    for place, k in enumerate(order):
+        _, start = max(glances[k], key=lambda one: one[0])
+        seen.append(screen.climb(candidates[k], start) if place < most else screen.at(candidates[k], start))
+    return sorted(seen, key=lambda one: -one.gain)

@@ -1,0 +1,150 @@
+"""Forward search over effects: look at all, fit the promising ones jointly, keep what the data bear out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.proof import Proof, chance, log_gain, prove
+from mrctl.discover.screen import Look, looks
+from mrctl.discover.tangent import Tangent
+from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint import JointFit
+from mrctl.identify.penalties import Penalty
+from mrctl.model.effects.base import Effect
+
+Array = NDArray[np.float64]
+Folds = Sequence[tuple[int, ...]]
+
+MOST_FITTED = 5
+NEAR = 0.2  # of the best look's gain: looks below are not fitted
+ITERATIONS = 25
+TOLERANCE = 1e-4  # share of the cost that another step must win
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A model with one more effect, fitted jointly and proven."""
+
+    effect: Effect
+    look: Look
+    proof: Proof
+    gain: float  # twice the log-likelihood ratio to the model without it
+    chance: float  # that an effect without meaning gains as much
+
+    @property
+    def parameters(self) -> int:
+        """How many of the effect's own parameters the data could move."""
+        return int(np.count_nonzero(self.look.free))
+
+    @property
+    def score(self) -> float:
+        """Twice the log-likelihood ratio less what its parameters must earn (BIC); higher is better."""
+        return self.gain - self.parameters * float(np.log(self.proof.independent))
+
+    @property
+    def fit(self) -> JointFit:
+        """The joint fit."""
+        return self.proof.fit
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """One round: the model it began with, what every candidate looked like, and those fitted, best first."""
+
+    before: Proof
+    tangent: Tangent
+    looks: list[Look]
+    trials: list[Trial]
+
+
+def search_level(
+    before: Proof,
+    candidates: Sequence[Effect],
+    folds: Folds,
+    near: float = NEAR,
+    done: Callable[[str], None] = lambda _: None,
+) -> Level:
+    """Look at every candidate beside the model, and fit those that take at least `near` of the best."""
+    tangent = Tangent.of(before.fit)
+    seen = looks(tangent, candidates)
+    done("every candidate")
+    best = seen[0].gain if seen else 0.0
+    trials = []
+    for one in seen[:MOST_FITTED]:
+        if one.gain <= near * best or not one.free.any():
+            continue
+        trials.append(tried(before, tangent, one, folds))
+        done(one.effect.name)
+    trials.sort(key=lambda trial: -trial.score)
+    return Level(before, tangent, seen, trials)
+
+
+def tried(before: Proof, tangent: Tangent, look: Look, folds: Folds) -> Trial:
+    """The joint fit of a model with one more effect, begun at a look."""
+    proof = prove(grown(tangent, look), folds)
+    gain = log_gain(before, proof)
+    return Trial(look.effect, look, proof, gain, chance(gain, int(np.count_nonzero(look.free))))
+
+
+def grown(before: Tangent, look: Look) -> JointFit:
+    """A fit with one more effect, base and effects moving together, weights as they are.
+
+    It begins where it costs least: with the base settled around the look, with the base as it was, or with
+    less of the effect.
+    """
+    fit = before.fit
+    model = fit.model.with_effects(Effects((*fit.model.effects.chosen, look.effect)))
+    own = Effects((look.effect,)).pack({look.effect.name: look.values})
+    neutral = Effects((look.effect,)).pack({look.effect.name: look.effect.neutral})
+    starts = [
+        np.concatenate([look.settled, own]),
+        np.concatenate([fit.theta, own]),
+        np.concatenate([fit.theta, 0.7 * neutral + 0.3 * own]),
+    ]
+    return model.fit(
+        min(starts, key=model.cost),
+        penalties=_weighed_as(fit.penalties, model.penalties()),
+        free=np.concatenate([moving(fit), look.free]),
+        rounds=1,
+        iterations=ITERATIONS,
+        tolerance=TOLERANCE,
+    )
+
+
+def without(proof: Proof, name: str, folds: Folds) -> Proof:
+    """The same model less one effect, fitted anew from where it stands."""
+    fit = proof.fit
+    chosen = fit.model.effects.chosen
+    rest = tuple(e for e in chosen if e.name != name)
+    keep = np.concatenate(
+        [np.ones(fit.model.layout.size, dtype=bool)]
+        + [np.full(len(e.parameters), e.name != name) for e in chosen]
+    )
+    model = fit.model.with_effects(Effects(rest))
+    smaller = model.fit(
+        fit.theta[keep],
+        penalties=_weighed_as(fit.penalties, model.penalties()),
+        free=moving(fit)[keep],
+        rounds=1,
+        iterations=ITERATIONS,
+        tolerance=TOLERANCE,
+    )
+    return prove(smaller, folds)
+
+
+def moving(fit: JointFit) -> NDArray[np.bool_]:
+    """What moves in the next fit: the base, and of the effects what moved or stood at a bound."""
+    lower, upper = fit.model.bounds()
+    free = ~fit.solution.held | (fit.theta <= lower) | (fit.theta >= upper)
+    free[: fit.model.layout.size] = True
+    return free & fit.model.free()
+
+
+def _weighed_as(old: Sequence[Penalty], new: Sequence[Penalty]) -> list[Penalty]:
+    """The new model's penalties at the weights that the evidence gave them in the old fit."""
+    weights = {p.name: p.weight for p in old}
+    return [replace(p, weight=weights.get(p.name, p.weight)) for p in new]

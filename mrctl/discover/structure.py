@@ -1,0 +1,207 @@
+"""What is left in a residual that the signals predict, whatever the physics: held-out regression on maps.
+
+The residual is regressed on maps of one and of two signals (piecewise linear), with ridge; every fold is
+predicted from the others. Noise, of any colour, is not predicted. So the share of the square sum that is
+predicted is a lower bound on what a better model would remove, and the best map shows where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.folds import labels
+from mrctl.identify.base import averaged
+from mrctl.identify.joint import JointFit
+from mrctl.identify.records import Record
+
+Array = NDArray[np.float64]
+
+KNOTS, PAIR_KNOTS = 12, 6
+MOST_SAMPLES = 30000
+RIDGES = (1e-3, 1e-2, 1e-1, 1.0)  # of the mean information of a feature
+PAIRS = (
+    ("velocity", "stroke"),
+    ("velocity", "acceleration"),
+    ("velocity", "current"),
+    ("velocity", "temperature"),
+    ("stroke", "acceleration"),
+    ("stroke", "current"),
+    ("current", "current rate"),
+    ("force", "force rate"),
+    ("force", "energy"),
+    ("velocity", "turned"),
+)
+SINGLES = ("velocity", "stroke", "acceleration", "current", "current rate", "temperature", "time", "energy")
+UNITS = {
+    "velocity": "m/s", "stroke": "m", "acceleration": "m/s^2", "current": "A", "current rate": "A/s",
+    "temperature": "degC", "time": "s", "energy": "J", "force": "N", "force rate": "N/s", "turned": "m",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Map:
+    """The residual over one or two signals: what the map alone predicts, held out, of the mean square."""
+
+    signals: tuple[str, ...]
+    explained_n2: float
+    edges: tuple[Array, ...]
+    mean_n: Array  # (bins of the last signal, ..., bins of the first); NaN where there is no data
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Structure:
+    """What all maps together predict of the residual's mean square, with its standard error over folds."""
+
+    mean_square_n2: float
+    explained_n2: float
+    error_n2: float
+    maps: tuple[Map, ...]  # best first
+
+    @property
+    def share(self) -> float:
+        """Of the mean square."""
+        return self.explained_n2 / self.mean_square_n2 if self.mean_square_n2 > 0.0 else 0.0
+
+    @property
+    def significant(self) -> bool:
+        """Whether the folds agree that something is left."""
+        return self.explained_n2 > 3.0 * self.error_n2 and self.explained_n2 > 0.0
+
+
+def structure_of(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Structure:
+    """What the signals predict of a fit's residual."""
+    model, theta = fit.model, fit.theta
+    residuals, signals, where = [], [], []
+    total = sum(r.force_n.size // model.factor(r) for r in model.records)
+    stride = max(1, total // MOST_SAMPLES)
+    for record, force, error, own in zip(
+        model.records, model.predict(theta), model.errors(theta), folds, strict=True
+    ):
+        factor, skip = model.factor(record), model.settle_blocks(theta, record)
+        raw = _signals(record, force)
+        chosen = slice(skip, None, stride)
+        residuals.append(averaged(error, factor)[chosen])
+        signals.append({name: averaged(x, factor)[chosen] for name, x in raw.items()})
+        where.append(labels(own, record.force_n.size // factor)[chosen])
+    rest, fold = np.concatenate(residuals), np.concatenate(where)
+    pooled = {name: np.concatenate([s[name] for s in signals]) for name in UNITS}
+    blocks = {}
+    for names in [(n,) for n in SINGLES] + list(PAIRS):
+        block = _features([pooled[n] for n in names], KNOTS if len(names) == 1 else PAIR_KNOTS)
+        if block is not None:
+            blocks[names] = block
+    if not blocks:
+        return Structure(float(np.mean(rest**2)), 0.0, 0.0, ())
+    explained, spread = _predicted(np.concatenate(list(blocks.values()), axis=1), rest, fold)
+    maps = [
+        Map(names, _predicted(block, rest, fold)[0], *_mean_map([pooled[n] for n in names], rest))
+        for names, block in blocks.items()
+    ]
+    maps.sort(key=lambda m: -m.explained_n2)
+    return Structure(float(np.mean(rest**2)), explained, spread, tuple(maps))
+
+
+def _signals(record: Record, force: Array) -> dict[str, Array]:
+    dt = 1.0 / record.rate_hz
+    v = record.velocity_m_s
+    sign = np.sign(v)
+    turns = np.flatnonzero(np.diff(sign) != 0) + 1
+    turned = np.cumsum(np.abs(v)) * dt
+    start = np.zeros(v.size)
+    start[turns] = np.diff(turned[np.concatenate([[0], turns])], prepend=0.0)[1:] if turns.size else 0.0
+    turned = turned - np.cumsum(start)
+    span = max(1, round(0.01 * record.rate_hz))
+    before = np.concatenate([np.full(span, record.current_a[0]), record.current_a])[: v.size]
+    return {
+        "velocity": v,
+        "stroke": record.displacement_m,
+        "acceleration": record.acceleration_m_s2,
+        "current": record.current_a,
+        "current rate": (record.current_a - before) / (span * dt),
+        "temperature": record.temperature_c,
+        "time": np.arange(v.size) * dt,
+        "energy": np.cumsum(force * v) * dt,
+        "force": force,
+        "force rate": np.gradient(force) / dt,
+        "turned": turned * sign,
+    }
+
+
+def _knots(x: Array, count: int) -> Array | None:
+    low, high = np.quantile(x, [0.002, 0.998])
+    if high - low < 0.02 * max(float(np.abs(x).max()), 1e-12):
+        return None
+    even = np.linspace(low, high, count // 2 + 1)
+    dense = np.quantile(x, np.linspace(0.002, 0.998, count - count // 2 + 1))
+    knots = np.unique(np.concatenate([even, dense]))
+    kept = [knots[0]]
+    for k in knots[1:]:
+        if k - kept[-1] > (high - low) / (3 * count):
+            kept.append(k)
+    return np.array(kept) if len(kept) > 1 else None
+
+
+def _hats(x: Array, knots: Array) -> Array:
+    at = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
+    share = np.clip((x - knots[at]) / np.diff(knots)[at], 0.0, 1.0)
+    out = np.zeros((x.size, knots.size))
+    rows = np.arange(x.size)
+    out[rows, at] = 1.0 - share
+    out[rows, at + 1] = share
+    return out
+
+
+def _features(signals: list[Array], count: int) -> Array | None:
+    parts = []
+    for x in signals:
+        knots = _knots(x, count)
+        if knots is None:
+            return None
+        parts.append(_hats(x, knots))
+    if len(parts) == 1:
+        return parts[0]
+    return np.asarray((parts[0][:, :, None] * parts[1][:, None, :]).reshape(signals[0].size, -1))
+
+
+def _predicted(features: Array, rest: Array, fold: NDArray[np.intp]) -> tuple[float, float]:
+    """What held-out prediction takes off the mean square (best ridge), and its standard error over folds."""
+    features = np.column_stack([features, np.ones(rest.size)])
+    groups = [fold == k for k in np.unique(fold)]
+    grams = [features[g].T @ features[g] for g in groups]
+    rights = [features[g].T @ rest[g] for g in groups]
+    gram, right = np.sum(grams, axis=0), np.sum(rights, axis=0)
+    scale = float(np.trace(gram)) / gram.shape[0]
+    best: tuple[float, float] = (0.0, 0.0)
+    for ridge in RIDGES:
+        gains = []
+        for g, own_gram, own_right in zip(groups, grams, rights, strict=True):
+            a = gram - own_gram + ridge * scale * np.eye(gram.shape[0])
+            w = np.linalg.solve(a, right - own_right)
+            # rest² - (rest - Xw)² summed over the fold
+            gains.append(float(2.0 * w @ own_right - w @ own_gram @ w) / max(int(np.count_nonzero(g)), 1))
+        share = np.array([int(np.count_nonzero(g)) for g in groups]) / rest.size
+        mean = float(np.sum(share * gains))
+        error = float(np.sqrt(np.sum(share**2 * (np.array(gains) - mean) ** 2)))
+        if mean > best[0]:
+            best = mean, error
+    return best
+
+
+def _mean_map(signals: list[Array], rest: Array, bins: int = 10) -> tuple[tuple[Array, ...], Array]:
+    edges = tuple(
+        np.linspace(float(np.quantile(x, 0.005)), float(np.quantile(x, 0.995)), bins + 1) for x in signals
+    )
+    at = [
+        np.clip(np.searchsorted(e, x, side="right") - 1, 0, bins - 1)
+        for e, x in zip(edges, signals, strict=True)
+    ]
+    cell = at[0] if len(at) == 1 else at[1] * bins + at[0]
+    size = bins ** len(at)
+    count = np.bincount(cell, minlength=size)
+    total = np.bincount(cell, rest, minlength=size)
+    mean = np.where(count >= 20, total / np.maximum(count, 1), np.nan)
+    return edges, mean.reshape((bins,) * len(at))

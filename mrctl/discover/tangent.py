@@ -1,0 +1,87 @@
+"""What the model in hand cannot absorb: directions of force orthogonal to its own slopes.
+
+A candidate effect is scored only by this part. The model's slopes are taken once, at its fit; smoothness
+penalties count as data, so that a table is as free as its fit left it and no freer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from mrctl.identify.base import averaged
+from mrctl.identify.joint import JointFit
+from mrctl.identify.penalties import total_weight
+
+Array = NDArray[np.float64]
+
+RIDGE = 1e-10  # of each parameter's own information: keeps the factorisation alive, decides nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Tangent:
+    """The slopes of a fitted model over all records, weighed and stacked, and what is orthogonal to them.
+
+    `residual` (n) is what the fit leaves, in units of each record's noise. `skips` (blocks left out at each
+    record's start) and the weights are those of the fit, so that all vectors made by `stacked` compare.
+    """
+
+    fit: JointFit
+    residual: Array
+    skips: tuple[int, ...]
+    slopes: Array  # (parameters that move, n)
+    factor: tuple[Array, bool]
+    lower: Array  # how far each moving parameter may go
+    upper: Array
+
+    @classmethod
+    def of(cls, fit: JointFit) -> Tangent:
+        """The tangent at a fit."""
+        model, theta = fit.model, fit.theta
+        free = ~fit.solution.held
+        rows, rests, skips = [], [], []
+        for weight, record, (rest, line) in zip(
+            model.weights, model.records, model.jacobians(theta), strict=True
+        ):
+            full = np.zeros((model.size, rest.size))
+            full[line.index] = np.sqrt(weight) * line.values
+            rows.append(full[free])
+            rests.append(np.sqrt(weight) * rest)
+            skips.append(model.settle_blocks(theta, record))
+        slopes = np.concatenate(rows, axis=1)
+        gram = slopes @ slopes.T + total_weight(fit.penalties)[np.ix_(free, free)]
+        gram[np.diag_indices_from(gram)] += RIDGE * np.maximum(np.diag(gram), 1e-30)
+        lower, upper = model.bounds()
+        return cls(
+            fit,
+            np.concatenate(rests),
+            tuple(skips),
+            slopes,
+            cho_factor(gram),
+            (lower - theta)[free],
+            (upper - theta)[free],
+        )
+
+    def stacked(self, forces: list[Array]) -> Array:
+        """Forces of each record in N, every sample, as one vector (n) in units of the noise."""
+        model = self.fit.model
+        parts = [
+            np.sqrt(w) * averaged(f, model.factor(r))[skip:]
+            for w, f, r, skip in zip(model.weights, forces, model.records, self.skips, strict=True)
+        ]
+        return np.concatenate(parts)
+
+    def beyond(self, rows: Array) -> Array:
+        """The part of rows (..., n) that the model's own parameters cannot make up for."""
+        moved = cho_solve(self.factor, self.slopes @ rows.T)
+        return np.asarray(rows - moved.T @ self.slopes, dtype=np.float64)
+
+    def moved(self, force: Array) -> Array:
+        """The fit's vector after the model has settled around a force (n) beside it."""
+        step = np.clip(-cho_solve(self.factor, self.slopes @ force), self.lower, self.upper)
+        theta = self.fit.theta.copy()
+        theta[~self.fit.solution.held] += step
+        return theta
