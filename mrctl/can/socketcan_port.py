@@ -39,6 +39,7 @@ _DOWN: Final = frozenset({errno.ENETDOWN})
 _GONE: Final = frozenset({errno.ENODEV, errno.ENXIO})
 _LONGEST: Final = linux.FD_FRAME.size
 _CLASSIC: Final = linux.CLASSIC_FRAME.size
+_CLASSIC_DATA: Final = 8
 _ANCILLARY_BYTES: Final = socket.CMSG_SPACE(4)  # room for SO_RXQ_OVFL
 _NO_SOCKETCAN: Final = frozenset({errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT})
 
@@ -136,30 +137,43 @@ class SocketCanPort:
         if self._link is not _Link.UP:
             self._try_again()
         frames: list[tuple[int, bytes]] = []
-        recvmsg, header, offset = self._socket.recvmsg, linux.HEADER.unpack_from, linux.DATA_OFFSET
+        recvmsg, classic = self._socket.recvmsg, linux.CLASSIC_FRAME.unpack
         for _ in range(FRAMES_PER_CALL):
             try:
                 frame, ancillary, _flags, _address = recvmsg(_LONGEST, _ANCILLARY_BYTES)
             except BlockingIOError:
                 break
             except OSError as error:
-                if self._link_failed(error):
-                    continue  # said once; what had been queued before is still there
-                if error.errno not in _DOWN | _GONE and not self._receive_failing:
-                    self._receive_failing = True
-                    self._events.add("receive_failed", f"{self.channel}: {error.strerror}")
+                if self._receive_failed(error):
+                    continue
                 break
             self._receive_failing = False
             if ancillary:
                 self._count_dropped(ancillary)
-            can_id, length = header(frame)
-            data = frame[offset : offset + length]
-            if can_id & ERROR_FLAG:
-                self._bus_error(can_id, data)
-            elif len(frame) > _CLASSIC and not self._fd:
-                can_id |= FD_FLAG
+            if len(frame) == _CLASSIC:
+                can_id, length, data = classic(frame)
+                if length < _CLASSIC_DATA:
+                    data = data[:length]
+                if can_id & ERROR_FLAG:
+                    self._bus_error(can_id, data)
+            else:
+                can_id, data = self._fd_frame(frame)
             frames.append((can_id, data))
         return frames
+
+    def _receive_failed(self, error: OSError) -> bool:
+        """Whether to go on: news of the link are said once, and what was queued before is still there."""
+        if self._link_failed(error):
+            return True
+        if error.errno not in _DOWN | _GONE and not self._receive_failing:
+            self._receive_failing = True
+            self._events.add("receive_failed", f"{self.channel}: {error.strerror}")
+        return False
+
+    def _fd_frame(self, frame: bytes) -> tuple[int, bytes]:
+        can_id, length = linux.HEADER.unpack_from(frame)
+        data = frame[linux.DATA_OFFSET : linux.DATA_OFFSET + length]
+        return (can_id if self._fd else can_id | FD_FLAG), data
 
     def _without_stale(self, frames: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
         """More wait behind these: where the last of them is stale all are, and the next are looked at.

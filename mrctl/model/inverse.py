@@ -72,17 +72,32 @@ class InverseModel:
 
     def step(self, force_wish_n: float, velocity_m_s: float, temperature_c: float) -> float:
         """The current command in A: finite, within 0 and the largest, within the slew limit of the last."""
+        # exact_current, authority and command, written out: their calls would cost a fifth of the time.
         g = self._shape_at(velocity_m_s)
-        exact = self.exact_current(self.backbone_wish(force_wish_n), g, temperature_c)
-        return self.command(self.current_a + self.authority(g) * (exact - self.current_a))
+        back_n = self.backbone_wish(force_wish_n)
+        if not -TEMPERATURE_STEP_C <= temperature_c - self._temperature_c <= TEMPERATURE_STEP_C:
+            self._warm_to(temperature_c)
+        exact_a, self._on, self.reach = self._invert(back_n, g, self._on)
+        current_a, limit = self.current_a, self._step_max_a
+        wanted_a = current_a - expm1(self._fade * g * g) * (exact_a - current_a)
+        change = wanted_a - current_a
+        if change > limit:
+            change = limit
+        elif change < -limit:
+            change = -limit
+        self.current_a = current_a = current_a + change
+        return current_a
 
     def exact_current(self, back_n: float, g: float, temperature_c: float) -> float:
         """The current in A whose static force is back_n, or comes nearest to it, where the shape is g."""
         if not -TEMPERATURE_STEP_C <= temperature_c - self._temperature_c <= TEMPERATURE_STEP_C:
-            self._temperature_c = temperature_c
-            self._inverter.warm_to(temperature_c)
+            self._warm_to(temperature_c)
         current_a, self._on, self.reach = self._invert(back_n, g, self._on)
         return current_a
+
+    def _warm_to(self, temperature_c: float) -> None:
+        self._temperature_c = temperature_c
+        self._inverter.warm_to(temperature_c)
 
     def authority(self, g: float) -> float:
         """The share of the way to the exact current that one sample goes where the shape is g."""

@@ -50,38 +50,40 @@ class Channel:
     __slots__ = (
         "_at_rest",
         "_bridging",
-        "_change_max",
-        "_changed",
         "_frozen_after",
         "_limp_after",
-        "_maximum",
-        "_minimum",
         "_run",
         "_run_wanted",
+        "change_max",
+        "changed",
         "fault",
+        "high",
         "last",
+        "low",
         "ok",
         "timeout",
+        "until",
         "value",
     )
 
     def __init__(self, rules: ChannelRules, dt_s: float, good_frames: int, start: float = 0.0) -> None:
         """start: value before any arrives; good_frames: good ones in a row that make the signal usable."""
-        self._minimum = rules.minimum
-        self._maximum = rules.maximum
-        self._change_max = rules.rate_max * dt_s
+        self.low = rules.minimum
+        self.high = rules.maximum
+        self.change_max = rules.rate_max * dt_s
         self.timeout = max(1, round(rules.timeout_s / dt_s))  # in ticks
         self._limp_after = None if rules.limp_after_s is None else round(rules.limp_after_s / dt_s)
         self._frozen_after = (
             -NEVER if rules.frozen_after_s is None else max(1, round(rules.frozen_after_s / dt_s))
         )
         self._at_rest = AT_REST_SHARE * max(abs(rules.minimum), abs(rules.maximum))
-        self._changed = 0  # tick when the value became what it is
+        self.changed = 0  # tick when the value became what it is
         self._run_wanted = good_frames
         self._run = 0  # good values in a row since the signal was last usable
         self.value = start
         self.last = NEVER  # tick of the last good value
         self.ok = False
+        self.until = NEVER  # last tick in which the signal may be used, if nothing more arrives
         self._bridging = False  # was ok, and not gone for too long since
         self.fault = Fault.MISSING
 
@@ -91,20 +93,21 @@ class Channel:
         spanned: ticks from the frame before to this one as they were sent; frames that were held up on the
         way come in one tick, and are no jump.
         """
-        if self._minimum <= value <= self._maximum:  # not so for NaN
-            elapsed = now - self.last + 1
-            if elapsed < spanned:  # noqa: PLR1730  # max() takes longer, hot
-                elapsed = spanned
-            change = self._change_max * elapsed
-            if -change <= value - self.value <= change:
+        if self.low <= value <= self.high:  # not so for NaN
+            change = value - self.value
+            # Nearly always within what one tick allows; only else it matters how long it has been.
+            if -self.change_max <= change <= self.change_max or abs(change) <= self.change_max * max(
+                now - self.last + 1, spanned
+            ):
                 if value != self.value:
                     self.value = value
-                    self._changed = now
-                elif now - self._changed >= self._frozen_after and abs(value) > self._at_rest:
+                    self.changed = now
+                elif now - self.changed >= self._frozen_after and abs(value) > self._at_rest:
                     return self.refuse(Fault.FROZEN)
                 self.last = now
                 if self.ok:
                     self.fault = NONE
+                    self.until = now + self.timeout
                 else:  # what was wrong stays the cause until the run is long enough
                     self._run += 1
                 return NONE
@@ -121,11 +124,13 @@ class Channel:
         """Whether the signal may be used in tick `now`."""
         if now - self.last > self.timeout:
             self.ok = False
+            self.until = NEVER
             self._run = 0
             if self.fault is NONE:
                 self.fault = Fault.MISSING
         elif not self.ok and self._run >= self._run_wanted:
             self.ok = self._bridging = True
+            self.until = self.last + self.timeout
             self.fault = NONE
         return self.ok
 

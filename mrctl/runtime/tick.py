@@ -102,7 +102,10 @@ class _Sender:
         self._counter = 0
 
     def frame(self, now: int, values: Sequence[float]) -> Frame:
-        self.next += self._every * ((now - self.next) // self._every + 1)  # what was skipped stays out
+        if now == self.next:
+            self.next += self._every
+        else:  # what was skipped stays out
+            self.next += self._every * ((now - self.next) // self._every + 1)
         self._counter += 1
         return self._id, self._encode(values, self._counter)
 

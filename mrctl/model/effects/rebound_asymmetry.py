@@ -30,8 +30,7 @@ EFFECT = Effect(
     stage=Stage.FACTOR,
     summary="Compression is damped by another force than rebound, in a ratio that may change with current.",
     equation=(
-        "factor = 1 in rebound (v >= 0), "
-        "1 + change + change_per_a i1 / (1 + bend i1) in compression (v < 0)"
+        "factor = 1 in rebound (v >= 0), 1 + change + change_per_a i1 / (1 + bend i1) in compression (v < 0)"
     ),
     source="Separate rebound and compression characteristics; Dixon, The Shock Absorber Handbook.",
     parameters=(
