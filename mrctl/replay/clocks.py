@@ -6,7 +6,7 @@ then, the stamp of the due time included. So does the live loop when it is never
 Recorded: the log has the controller's own commands. Each closes a tick: what stands before it in the log
 was known to it. The periods from one command to the next follow from their stamps, the ticks that ran in
 between from their counter: a counter that goes up by 1 over several periods tells that the loop skipped them,
-one that goes up with the periods that commands are missing in the log.
+one that goes up with the periods, or whole turns of the counter less, that commands are missing in the log.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def run_on_grid(parts: Iterable[Frames], player: Player, differences: Difference
                 differences.command_near(time_ns, data)
             elif can_id == state_id:
                 differences.state_at(time_ns, data)
-            else:
+            elif can_id not in player.sent_ids:
                 waiting.append((can_id, data))
     for _ in range(1 + differences.tolerance_ticks if compare else 1):
         step(waiting, due)
@@ -101,6 +101,7 @@ class RecordedClock:
     def run(self, parts: Iterable[Frames]) -> None:
         """Replay all."""
         command_id, state_id = self._differences.command.linux_id, self._differences.state.linux_id
+        sent_ids = self._player.sent_ids
         add, gone_ns = self._waiting.append, self._due_ns + GONE_AFTER_NS
         for part in parts:
             for frame in part:
@@ -112,7 +113,7 @@ class RecordedClock:
                     self._differences.state_at(frame[0], frame[2])
                 elif frame[0] < self._from_ns:
                     self.too_early += 1
-                else:
+                elif can_id not in sent_ids:
                     if frame[0] > gone_ns:
                         self._on_grid(frame[0])
                         self._counter = None
@@ -131,7 +132,8 @@ class RecordedClock:
             ticks = periods
         else:
             ticks = (e2e.counter_delta(counter, self._counter) or e2e.COUNTERS) * every
-            if ticks >= periods or periods // every % e2e.COUNTERS == ticks // every % e2e.COUNTERS:
+            whole_turns = (periods - ticks) % (e2e.COUNTERS * every) == 0 and ticks > every
+            if ticks >= periods or whole_turns:
                 ticks = periods
         self._counter = counter
         for _ in range(ticks - 1):

@@ -30,6 +30,8 @@ class Player:
         plan = plan_of(config)
         self.tick = Tick(plan)
         self.command_id = plan.command.linux_id
+        outputs = (plan.command, plan.state, plan.health, *(spec for spec, _ in plan.figures))
+        self.sent_ids = frozenset(spec.linux_id for spec in outputs)
         self.command_every = plan.command_every
         self.period_ns = round(1e9 / config.loop.rate_hz)
         self.ticks = 0
