@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof, chance, log_gain, prove
+from mrctl.discover.robust import second_opinions
 from mrctl.discover.screen import Look, looks
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
@@ -21,6 +22,7 @@ Folds = Sequence[tuple[int, ...]]
 
 MOST_FITTED = 5
 NEAR = 0.2  # of the best look's gain: looks below are not fitted
+MOST_SECOND = 3  # fitted for each second opinion on the base
 ITERATIONS = 25
 TOLERANCE = 1e-4  # share of the cost that another step must win
 
@@ -79,6 +81,14 @@ def search_level(
             continue
         trials.append(tried(before, tangent, one, folds))
         done(one.effect.name)
+    for other in second_opinions(before.fit):
+        frozen = Tangent.of(other, frozen=True)
+        for one in looks(frozen, candidates)[:MOST_SECOND]:
+            trial = tried(before, frozen, one, folds)
+            same = next((t for t in trials if t.effect.name == one.effect.name), None)
+            if same is None or trial.proof.mean_square < same.proof.mean_square:
+                trials = [t for t in trials if t is not same] + [trial]
+        done("a second opinion")
     trials.sort(key=lambda trial: -trial.score)
     return Level(before, tangent, seen, trials)
 

@@ -36,12 +36,13 @@ class Tangent:
     factor: tuple[Array, bool]
     lower: Array  # how far each moving parameter may go
     upper: Array
+    frozen: bool = False
 
     @classmethod
-    def of(cls, fit: JointFit) -> Tangent:
-        """The tangent at a fit."""
+    def of(cls, fit: JointFit, *, frozen: bool = False) -> Tangent:
+        """The tangent at a fit; frozen: nothing moves, all of a force is beyond the model."""
         model, theta = fit.model, fit.theta
-        free = ~fit.solution.held
+        free = np.zeros(theta.size, dtype=bool) if frozen else ~fit.solution.held
         rows, rests, skips = [], [], []
         for weight, record, (rest, line) in zip(
             model.weights, model.records, model.jacobians(theta), strict=True
@@ -54,6 +55,9 @@ class Tangent:
         slopes = np.concatenate(rows, axis=1)
         gram = slopes @ slopes.T + total_weight(fit.penalties)[np.ix_(free, free)]
         gram[np.diag_indices_from(gram)] += RIDGE * np.maximum(np.diag(gram), 1e-30)
+        if frozen:
+            gram = np.ones((1, 1))
+            slopes = np.zeros((1, slopes.shape[1]))
         lower, upper = model.bounds()
         return cls(
             fit,
@@ -63,6 +67,7 @@ class Tangent:
             cho_factor(gram),
             (lower - theta)[free],
             (upper - theta)[free],
+            frozen,
         )
 
     def stacked(self, forces: list[Array]) -> Array:
@@ -76,11 +81,15 @@ class Tangent:
 
     def beyond(self, rows: Array) -> Array:
         """The part of rows (..., n) that the model's own parameters cannot make up for."""
+        if self.frozen:
+            return rows
         moved = cho_solve(self.factor, self.slopes @ rows.T)
         return np.asarray(rows - moved.T @ self.slopes, dtype=np.float64)
 
     def moved(self, force: Array) -> Array:
         """The fit's vector after the model has settled around a force (n) beside it."""
+        if self.frozen:
+            return self.fit.theta
         step = np.clip(-cho_solve(self.factor, self.slopes @ force), self.lower, self.upper)
         theta = self.fit.theta.copy()
         theta[~self.fit.solution.held] += step

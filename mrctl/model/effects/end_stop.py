@@ -36,9 +36,9 @@ def step(
 
 def _guesses(ranges: Ranges) -> list[Vector]:
     reach = ranges.displacement_m
-    both = [(share * reach, 300.0, 1.5, 500.0, 0.0) for share in (0.95, 0.85, 0.7, 0.6, 0.5)]
+    both: list[Vector] = [(share * reach, 300.0, 1.5, 500.0, 0.0) for share in (0.95, 0.85, 0.7, 0.6, 0.5)]
     # One stop only: the middle is moved away from it, so that the other is never reached.
-    one = [
+    one: list[Vector] = [
         ((share + 0.3) * reach, 300.0, 1.5, 500.0, side * 0.3 * reach)
         for share in (0.9, 0.75, 0.6, 0.45)
         for side in (-1.0, 1.0)

@@ -1,0 +1,107 @@
+"""A second opinion on the base model: fitted so that a minority of bad samples does not draw it off.
+
+An effect that acts for a short part of the time with great force (a stop, a limit) leaves a least-squares
+base in a place from which no fit with the effect finds back. Weights that fall with the error leave that part
+out; so does a cut below a force that no compression exceeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify import base
+from mrctl.identify.joint import JointFit, JointModel
+
+Array = NDArray[np.float64]
+
+HEAVY_TAIL = 1.5  # RMS over the robust scale from which a second opinion is worth its time (Gauss: 1)
+ROUNDS = 8
+WIDTH = 2.5  # robust scales at which a sample counts half
+ALIKE, ALIKE_SHARE = 3, 0.06  # records that stop at the same force, and how alike
+MARGIN = 0.2  # of a limit, left out with it
+SCALE = 1.4826  # of the median deviation, for a normal distribution
+
+
+@dataclass
+class _Trusting(JointModel):
+    """The joint model with a weight for each sample."""
+
+    trust: list[Array] = field(default_factory=list)  # square roots, (n) each, start included
+
+    def residuals(self, theta: Array) -> list[Array]:
+        plain = super().residuals(theta)
+        return [t[t.size - r.size :] * r for t, r in zip(self.trust, plain, strict=True)]
+
+    def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:
+        for t, (rest, rows) in zip(self.trust, super().jacobians(theta), strict=True):
+            own = t[t.size - rest.size :]
+            yield own * rest, replace(rows, values=rows.values * own)
+
+
+def second_opinions(fit: JointFit) -> list[JointFit]:
+    """The same base fitted in other ways where the errors give reason to; judged by the plain model."""
+    found = []
+    model = fit.model
+    residual = np.concatenate(model.residuals(fit.theta))
+    if float(np.sqrt(np.mean(residual**2))) > HEAVY_TAIL * _scale(residual):
+        found.append(_falling_weights(fit))
+    limit = _common_limit(model)
+    if limit is not None:
+        found.append(_below(fit, limit))
+    return found
+
+
+def _falling_weights(fit: JointFit) -> JointFit:
+    """Cauchy weights, their scale falling with the median error."""
+    model, theta = fit.model, fit.theta
+    for _ in range(ROUNDS):
+        errors = [
+            base.averaged(e, model.factor(r)) for e, r in zip(model.errors(theta), model.records, strict=True)
+        ]
+        width = WIDTH * _scale(np.concatenate(errors))
+        theta = _fitted(fit, theta, [1.0 / np.sqrt(1.0 + (e / width) ** 2) for e in errors])
+    return _plain(fit, theta)
+
+
+def _common_limit(model: JointModel) -> float | None:
+    """The compression force in N at which several records stop alike, while their rebound forces differ."""
+    lows = np.sort([-float(np.quantile(r.force_n, 0.01)) for r in model.records])[::-1]
+    highs = np.sort([float(np.quantile(r.force_n, 0.99)) for r in model.records])[::-1]
+    if lows.size < ALIKE or lows[0] <= 0.0:
+        return None
+    same = lows[ALIKE - 1] > (1.0 - ALIKE_SHARE) * lows[0]
+    spread = highs[ALIKE - 1] < (1.0 - ALIKE_SHARE) * highs[0]
+    return float(lows[0]) if same and spread else None
+
+
+def _below(fit: JointFit, limit: float) -> JointFit:
+    """Without the samples near the limit."""
+    model = fit.model
+    trust = [
+        (base.averaged(r.force_n, model.factor(r)) > -(1.0 - MARGIN) * limit).astype(np.float64)
+        for r in model.records
+    ]
+    theta = fit.theta
+    for _ in range(2):
+        theta = _fitted(fit, theta, trust, iterations=20)
+    return _plain(fit, theta)
+
+
+def _fitted(fit: JointFit, theta: Array, trust: list[Array], iterations: int = 6) -> Array:
+    model = fit.model
+    trusting = _Trusting(model.layout, model.records, model.effects, trust)
+    trusting.noise_n, trusting.weights = model.noise_n, model.weights
+    return trusting.fit(theta, penalties=fit.penalties, rounds=1, iterations=iterations, tolerance=1e-3).theta
+
+
+def _plain(fit: JointFit, theta: Array) -> JointFit:
+    solution = replace(fit.solution, theta=theta, normal=fit.model.normal(theta))
+    return JointFit(fit.model, solution, fit.penalties)
+
+
+def _scale(residual: Array) -> float:
+    return max(SCALE * float(np.median(np.abs(residual))), 1e-12)
