@@ -7,19 +7,19 @@ which frames belong to a tick.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from mrctl.can.codec import make_encoder
 from mrctl.can.frames import CAUSE_CODE, State
 from mrctl.can.specs import ERROR_FLAG, FD_FLAG, REMOTE_FLAG, FrameSpec
 from mrctl.runtime.channel import Channel, ChannelRules, Fault
 from mrctl.runtime.corner import Corner, CornerPlan
 from mrctl.runtime.guard import OutputGuard
+from mrctl.runtime.outgoing import Frame, LoopFigures, Sender, SlowFrames
 from mrctl.runtime.receiver import FrameReceiver
 
-Frame = tuple[int, bytes]  # CAN ID with the flag bits of Linux, payload
+__all__ = ["CAUSE_SOURCE", "Frame", "LoopFigures", "StateChange", "Tick", "TickPlan"]
 
 # Signal roles, and the names under which their faults go onto the bus.
 CAUSE_SOURCE = {
@@ -29,29 +29,9 @@ CAUSE_SOURCE = {
     "temperature": "CASE_TEMPERATURE",
     "force_wish": "FORCE_WISH",
 }
-
-
+_NEAREST = (("_FROZEN", "_RATE"), ("DISPLACEMENT_", "RELATIVE_VELOCITY_"))
 # The bus has no code for "nobody there": to its readers, the first input is missing.
 _SILENT_CODE = CAUSE_CODE["RELATIVE_VELOCITY_MISSING"]
-
-
-# In the order of HealthRejects.
-_REASONS = (("crc",), ("counter",), ("range",), ("rate", "frozen"), ("not_available",), ("malformed",))
-
-
-class LoopFigures(NamedTuple):
-    """What the loop tells the health frames: times in µs of the last second, counts since the start."""
-
-    lateness_p50_us: float = 0.0
-    lateness_p99_us: float = 0.0
-    lateness_max_us: float = 0.0
-    skipped: int = 0
-    lateness_p999_us: float = 0.0
-    duration_p50_us: float = 0.0
-    duration_p99_us: float = 0.0
-    duration_max_us: float = 0.0
-    long_ticks: int = 0  # that took longer than a period
-    dropped: int = 0  # frames that the receive buffer lost
 
 
 class StateChange(NamedTuple):
@@ -87,27 +67,6 @@ class TickPlan:
     init_timeout_s: float
     bus_silent_off_s: float
     figures: tuple[tuple[FrameSpec, int], ...] = ()
-
-
-class _Sender:
-    """A cyclic frame: when it is due, and with which counter it leaves."""
-
-    __slots__ = ("_counter", "_encode", "_every", "_id", "next")
-
-    def __init__(self, spec: FrameSpec, every: int, first: int | None = None) -> None:
-        self._encode = make_encoder(spec)
-        self._id = spec.linux_id
-        self._every = every
-        self.next = every if first is None else first  # the tick when the next is due
-        self._counter = 0
-
-    def frame(self, now: int, values: Sequence[float]) -> Frame:
-        if now == self.next:
-            self.next += self._every
-        else:  # what was skipped stays out
-            self.next += self._every * ((now - self.next) // self._every + 1)
-        self._counter += 1
-        return self._id, self._encode(values, self._counter)
 
 
 class Tick:
@@ -157,21 +116,15 @@ class Tick:
         )
         self._issued = [0.0] * len(plan.corners)  # the currents that may leave, in A
         self.guarded = [False] * len(plan.corners)  # since the last state frame
-        self._command = _Sender(plan.command, plan.command_every)
-        self._slow: list[tuple[_Sender, Callable[[LoopFigures], list[float]]]] = [
-            (_Sender(plan.state, plan.state_every), self._state_values),
-            (_Sender(plan.health, plan.health_every), self._health_values),
-        ]
-        values = {"HealthTiming": self._timing_values, "HealthRejects": self._reject_values}
-        # With the first health frame of a second, so that their figures are of the same one.
-        self._slow += [
-            (_Sender(spec, every, first=plan.health_every), values[spec.name]) for spec, every in plan.figures
-        ]
-        self._next_slow = 0  # the tick when the next of these is due, or a second is over
-        self._second_ticks = max(1, round(1.0 / dt))
-        self._next_second = self._second_ticks
-        self._rejected_before: Counter[str] = Counter()
-        self._rejected_lately: Counter[str] = Counter()  # in the last whole second
+        self._command = Sender(plan.command, plan.command_every)
+        self._slow = SlowFrames(
+            (plan.state, plan.state_every),
+            (plan.health, plan.health_every),
+            plan.figures,
+            dt,
+            self._state_values,
+            self.rejected,
+        )
         self._states = [corner.state for corner in self.corners]
 
     @property
@@ -219,10 +172,12 @@ class Tick:
     def cause_of(self, corner: Corner) -> str:
         """The cause of a damper's state, in words of the DBC where it has one."""
         source, fault = corner.cause
-        return source if fault is Fault.NONE else f"{CAUSE_SOURCE[source]}_{fault.name}"
+        return source if fault is Fault.NONE else f"{CAUSE_SOURCE.get(source, source.upper())}_{fault.name}"
 
     def _cause_code(self, corner: Corner) -> int:
-        cause = self.cause_of(corner).replace("_FROZEN", "_RATE")  # the bus has no code of its own for it
+        cause = self.cause_of(corner)
+        for said, nearest in _NEAREST:  # the bus has no codes of their own for these
+            cause = cause.replace(said, nearest)
         return CAUSE_CODE.get(cause, _SILENT_CODE)
 
     def _frames_out(self, now: int, figures: LoopFigures | None) -> list[Frame]:
@@ -230,34 +185,11 @@ class Tick:
         if now >= self._command.next:
             out.append(self._command.frame(now, self._issued))
             self.at_rest = not any(self._issued)
-        if now >= self._next_slow:
-            self._slow_frames(now, figures or LoopFigures(), out)
+        if now >= self._slow.next:
+            out += self._slow.due(now, figures or LoopFigures())
         return out
 
-    def _slow_frames(self, now: int, figures: LoopFigures, out: list[Frame]) -> None:
-        if now >= self._next_second:
-            self._next_second += self._second_ticks * ((now - self._next_second) // self._second_ticks + 1)
-            self._rejected_lately = self.rejected - self._rejected_before
-            self._rejected_before = self.rejected.copy()
-        for sender, values in self._slow:
-            if now >= sender.next:
-                out.append(sender.frame(now, values(figures)))
-        self._next_slow = min(self._next_second, *(sender.next for sender, _ in self._slow))
-
-    def _health_values(self, figures: LoopFigures) -> list[float]:
-        return [*figures[:4], self._rejected_lately.total(), self.now * self._plan.dt_s]
-
-    @staticmethod
-    def _timing_values(figures: LoopFigures) -> list[float]:
-        return list(figures[4:9])
-
-    def _reject_values(self, figures: LoopFigures) -> list[float]:
-        lately = self._rejected_lately
-        kinds = sum(lately[kind] for kind in ("remote_frame", "error_frame", "fd_frame"))
-        rejects = (sum(lately[reason] for reason in reasons) for reasons in _REASONS)
-        return [*rejects, kinds, figures.dropped]
-
-    def _state_values(self, _figures: LoopFigures) -> list[float]:
+    def _state_values(self) -> list[float]:
         corners, guarded = self.corners, self.guarded
         self.guarded = [False] * len(corners)
         return [

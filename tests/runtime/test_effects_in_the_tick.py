@@ -8,13 +8,16 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
+from mrctl.can.codec import make_decoder, make_encoder
+from mrctl.can.frames import CAUSE_CODE, State
 from mrctl.config import load_config
 from mrctl.control.base import Motion
 from mrctl.demo.bench import tick_controller
 from mrctl.errors import InputError
 from mrctl.model.damper import EffectSetting
 from mrctl.model.pipeline import ForwardPipeline
-from mrctl.runtime.build import damper_needs, plan_of
+from mrctl.runtime.build import damper_needs, frame_specs, input_signals, plan_of
+from mrctl.runtime.tick import Tick
 from mrctl.share_path import share_file
 
 SPRING = EffectSetting("gas_spring", {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progression_per_m": 0.0})
@@ -81,3 +84,22 @@ def test_the_configuration_runs(effects):
     wish, current = tick_controller(config_with(*effects))(Motion(0.1, 0.0, 50.0, 0.01))
     assert wish > 0.0
     assert current == 0.0  # the first tick: not yet ACTIVE
+
+
+def test_a_damper_that_lacks_its_stroke_says_so_and_does_not_stop_the_tick():
+    config = config_with(SPRING)
+    tick = Tick(plan_of(config))
+    encoders = {spec.name: (spec.linux_id, make_encoder(spec)) for spec, _ in input_signals(config)}
+    states = make_decoder(frame_specs(config)["ControllerState"])
+    state_id = frame_specs(config)["ControllerState"].linux_id
+    said = None
+    for n in range(1500):
+        sent = [("RelativeVelocity", 0.1 * np.sin(n / 20), n)]
+        if n % 50 == 0:
+            sent.append(("CaseTemperature", 50.0, n // 50))
+        frames = [(encoders[name][0], encoders[name][1]([v], count)) for name, v, count in sent]
+        said = dict(tick.step(frames)).get(state_id, said)
+    (corner,) = tick.corners
+    assert corner.state is State.SUBSTITUTE
+    assert tick.cause_of(corner) == "DISPLACEMENT_MISSING"
+    assert states(said)[1] == CAUSE_CODE["RELATIVE_VELOCITY_MISSING"]  # the nearest that the bus has
