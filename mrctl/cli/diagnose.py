@@ -7,6 +7,7 @@ import json
 import shlex
 import sys
 from pathlib import Path
+from typing import Any
 
 from mrctl.calibration import load_calibration
 from mrctl.cli.diagnosis import data_arguments, effects_of, load_sound
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def print_diagnosis(result: Diagnosis, figures: dict) -> None:  # type: ignore[type-arg]
+def print_diagnosis(result: Diagnosis, figures: dict[str, Any]) -> None:
     """The verdict, the ranking, the parameters, the next run."""
     print(paint(result.verdict, "bold") + ": " + figures["words"])
     if figures["ranking"]:

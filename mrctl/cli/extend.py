@@ -7,6 +7,7 @@ import json
 import shlex
 import sys
 from pathlib import Path
+from typing import Any
 
 from mrctl.calibration import load_calibration
 from mrctl.cli.diagnosis import data_arguments, effects_of, extension_figures, load_sound, write_extended
@@ -88,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def print_extension(figures: dict, output: str) -> None:  # type: ignore[type-arg]
+def print_extension(figures: dict[str, Any], output: str) -> None:
     """The error falling, and the parameters."""
     floor = figures["noise_floor_n"]
     for step in figures["steps"]:

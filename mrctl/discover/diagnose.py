@@ -31,9 +31,9 @@ LATER_SHARE = (
     0.04  # ... and of what all effects take off: less may be the first one's form that is not quite so
 )
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
-LEFT_OF_NOISE = 0.15  # what may be left over the noise, of the noise's mean square
+LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
-FLOOR_DOUBT = 0.2  # relative doubt about a noise floor's mean square
+CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.6  # relative doubt about the noise's mean square, by where it is from
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Diagnosis:
     base: Proof
     final: Proof
     first: Level
-    floor: float | None
+    balance: Balance
     structure: Structure
     left: Structure
     removable: float
@@ -76,7 +76,6 @@ def diagnose(
     evidence = Evidence.of(campaign)
     report(0.05, "base model")
     base = evidence.base(known, values)
-    floor = evidence.floor_mean_square(base)
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
     report(0.3, "candidates")
@@ -86,11 +85,10 @@ def diagnose(
     if len(found) > 1:
         stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final)
     left = structure_of(final.fit, evidence.folds)
-    rest = _left_over(final, floor, left)
-    removable = base.mean_square - final.mean_square + rest
-    cleared = rest <= LEFT_OF_NOISE * (final.mean_square - rest)
-    named = [Found(trial, rivals_of(trial, level, cleared=cleared)) for trial, level in stands]
-    verdict, named_effects = _verdict(base, final, named, removable, cleared=cleared)
+    balance = balance_of(evidence, final, left)
+    removable = base.mean_square - final.mean_square + balance.left
+    named = [Found(trial, rivals_of(trial, level, cleared=balance.cleared)) for trial, level in stands]
+    verdict, named_effects = _verdict(base, final, named, removable, cleared=balance.cleared)
     colour = float(np.median(final.colour))
     hidden = {**untestable, **hidden_effects(levels[0].looks, colour)}
     proposal = _proposal(named, colour) if verdict == "ambiguous" else None
@@ -102,7 +100,7 @@ def diagnose(
         base,
         final,
         levels[0],
-        floor,
+        balance,
         structure,
         left,
         removable,
@@ -173,13 +171,30 @@ def _confirmed(
     return stands, final
 
 
-def _left_over(final: Proof, floor: float | None, left: Structure) -> float:
-    """What is left that is not noise, N²."""
-    structured = left.explained_n2 if left.significant else 0.0
-    if floor is None:
-        return structured
-    excess = final.mean_square - floor
-    return max(excess - FLOOR_DOUBT * floor, structured, 0.0)
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """Mean squares in N² at full rate: the model's, the noise's, and what of the difference is certain."""
+
+    total: float
+    noise: float
+    measured: bool  # the noise, from cycle to cycle
+    left: float
+
+    @property
+    def cleared(self) -> bool:
+        """Whether nothing but noise is left."""
+        return self.left <= 0.0
+
+
+def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
+    """What a model leaves over the noise, beyond the doubt about the noise itself."""
+    errors = evidence.steady_errors(final.fit)
+    total = float(np.mean(np.concatenate(errors) ** 2))
+    noise, measured = evidence.floor_n(final.fit)
+    doubt = CYCLE_DOUBT if measured else SPECTRAL_DOUBT
+    excess = total - (1.0 + doubt) * noise**2
+    structured = left.explained_n2 - LEFT_OF_NOISE * left.mean_square_n2 if left.significant else 0.0
+    return Balance(total, noise**2, measured, max(excess, structured, 0.0))
 
 
 def _verdict(

@@ -12,6 +12,7 @@ from mrctl.discover.folds import folds_of
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.search import Folds
+from mrctl.discover.spectral_floor import spectral_floor
 from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
@@ -27,6 +28,7 @@ SEARCHED_SAMPLES = 30000  # more are averaged down, as far as SLOWEST_HZ
 SLOWEST_HZ, FASTEST_HZ = 200.0, 500.0
 REST_M_S = 1e-4
 MOVED_M = 1e-5
+KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,28 +90,29 @@ class Evidence:
         fit = model.fit(theta, penalties=penalties, rounds=1, iterations=10, tolerance=1e-4)
         return prove(fit, self.folds)
 
-    def floor_mean_square(self, proof: Proof) -> float | None:
-        """The noise's mean square in N² at the rate of the search; None where too little of it is known.
+    def floor_n(self, fit: JointFit) -> tuple[float, bool]:
+        """(noise RMS in N at full rate, whether it was measured from cycle to cycle).
 
-        Averaging takes off fast noise but no model error, so what the averaged residual has lost, the noise
-        has lost too.
+        Where runs do not repeat, it is read off the spectrum of what the fit leaves.
         """
-        fit = proof.fit
-        full = full_errors(fit, self.full)
-        known, total, excess = 0.0, 0.0, 0.0
-        for record, error, floor in zip(self.full, full, self.floors, strict=True):
-            total += len(record)
-            if floor.floor_n is None:
-                continue
-            known += len(record)
-            excess += len(record) * (float(np.mean(error**2)) - floor.floor_n**2)
-        if known < 0.5 * total:
-            return None
-        here = float(
-            np.sum([i for i, f in zip(proof.inside, self.floors, strict=True) if f.floor_n is not None])
-            / np.sum([c for c, f in zip(proof.counts, self.floors, strict=True) if f.floor_n is not None])
-        )
-        return max(here - excess / known, 0.0)
+        known = [
+            (f.floor_n, len(r)) for f, r in zip(self.floors, self.full, strict=True) if f.floor_n is not None
+        ]
+        if sum(n for _, n in known) >= KNOWN_SHARE * sum(map(len, self.full)):
+            return float(np.sqrt(sum(n * f * f for f, n in known) / sum(n for _, n in known))), True
+        errors = self.steady_errors(fit)
+        spectral = spectral_floor(errors, [r.rate_hz for r in self.full])
+        if spectral is None:
+            return 0.0, False
+        return min(spectral.noise_n, float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))), False
+
+    def steady_errors(self, fit: JointFit) -> list[Array]:
+        """Measured less modelled force in N at full rate, without the starts that the fit leaves out."""
+        model = fit.model.on(self.full)
+        return [
+            e[model.settle_blocks(fit.theta, r) * model.factor(r) :]
+            for r, e in zip(self.full, model.errors(fit.theta), strict=True)
+        ]
 
 
 def full_errors(fit: JointFit, records: Sequence[Record]) -> list[Array]:

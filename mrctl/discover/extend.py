@@ -25,6 +25,7 @@ class Extension:
     """A model with effects: fitted to all runs, with its error on runs that another fit did not see."""
 
     effects: tuple[str, ...]
+    base: JointFit  # the model without the added effects, fitted to all runs
     fit: JointFit
     damper: Damper
     std: dict[str, tuple[float, ...]]
@@ -70,8 +71,10 @@ def extend(
     report((len(added) + 1) / (len(added) + 2), "all runs")
     whole = fitted(records, (*known, *added), dict(fit.effect_values) if fit else given, start=fit, free=free)
     std = table_std(whole, whole.covariance())
+    plain = fitted(records, known, given) if added else whole
     return Extension(
         tuple(e.name for e in (*known, *added)),
+        plain,
         whole,
         damper_of(whole),
         std,

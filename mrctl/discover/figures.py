@@ -31,7 +31,8 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
         "words": verdict_words(d),
         "rmse_n": root(d.base.held_out_mean_square),
         "rmse_after_n": root(d.final.held_out_mean_square),
-        "noise_floor_n": None if d.floor is None else root(d.floor),
+        "noise_floor_n": root(d.balance.noise) if d.balance.measured else None,
+        "noise_estimate_n": root(d.balance.noise),
         "removable_n": root(d.removable),
         "explained_percent": explained_percent(d),
         "ranking": ranking,
@@ -105,7 +106,8 @@ def explained_percent(d: Diagnosis) -> float:
 def verdict_words(d: Diagnosis) -> str:
     """The verdict in a sentence or two."""
     before, after = root(d.base.held_out_mean_square), root(d.final.held_out_mean_square)
-    floor = "" if d.floor is None else f" The noise is {root(d.floor):.3g} N."
+    how = "from cycle to cycle" if d.balance.measured else "by its spectrum"
+    floor = f" The noise is {root(d.balance.noise):.3g} N ({how})."
     names = ", ".join(d.effects)
     if d.verdict == "none":
         return f"Nothing is missing that this campaign can show: {before:.3g} N held out.{floor}"
