@@ -8,6 +8,7 @@ import pytest
 from mrctl.can.ports import FRAMES_PER_CALL, Port, open_port
 from mrctl.can.python_can_port import PythonCanPort
 from mrctl.can.quiet_import import can
+from mrctl.can.specs import FD_FLAG
 from mrctl.errors import BusError
 
 
@@ -132,3 +133,12 @@ def test_a_bus_that_cannot_be_opened_is_said_in_one_line(interface: str, said: s
     with pytest.raises(BusError, match=said) as caught:
         open_port(interface, "nowhere", 500_000, False, [1])
     assert "\n" not in str(caught.value)
+
+
+def test_an_fd_frame_is_marked_where_classic_ones_are_expected() -> None:
+    port = open_port("virtual", "test-fd-mark", 500_000, False, [0x110])
+    with can.Bus(interface="virtual", channel="test-fd-mark") as sender:
+        sender.send(can.Message(arbitration_id=0x110, data=b"12345678", is_fd=True, is_extended_id=False))
+        sender.send(can.Message(arbitration_id=0x110, data=b"classic!", is_extended_id=False))
+        assert port.receive() == [(FD_FLAG | 0x110, b"12345678"), (0x110, b"classic!")]
+    port.close()
