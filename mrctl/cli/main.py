@@ -23,6 +23,7 @@ COMMANDS = {
     "plant": "a simulated car on the same bus, for loop tests",
     "top": "a live view of the controller, from the frames on the bus",
     "replay": "recorded CAN logs through the controller: the same commands again, or where they differ",
+    "judge": "watch a bus or a log: does every command keep the safety rules?",
     "check": "say whether a calibration, configuration or DBC is sound",
     "predict": "add the model's force to a measured run",
     "invert": "add the current that makes a run's force",

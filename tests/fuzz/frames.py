@@ -10,6 +10,7 @@ figures alone: CRC as the AUTOSAR text has it, counter, range, slew. Exit status
 from __future__ import annotations
 
 import argparse
+import math
 import random
 import sys
 import time
@@ -18,9 +19,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from runtime.bench import DAMPER, RATE_HZ, ROLES, SPECS, Sender, plan
+from runtime.bench import DAMPER, LIMP_A, RATE_HZ, ROLES, RULES, SPECS, Sender, plan
 
+from mrctl.judge.frames import read_dbc
+from mrctl.judge.judge import Judge as BusJudge
+from mrctl.judge.limits import Limits
 from mrctl.runtime.tick import Tick
+from mrctl.share_path import share_file
 
 COMMAND_ID = 256
 COMMAND_DATA_IDS = bytes.fromhex("118E9609BB243CA3059A821DAF3028B7")
@@ -53,6 +58,50 @@ class Judge:
             )
             self.before, self.counter = raw, counter
             self.commands += 1
+
+
+def bus_judge():
+    """`mrctl judge` with the limits of this plan; lateness is the fuzzing's own doing."""
+    bus = read_dbc(share_file("dbc/mrctl.dbc"))
+    names = [signal.name for signal in bus.command.signals]
+    velocity = RULES["relative_velocity"]
+    inputs = {f"RelVel_{name.partition('_')[2]}": (velocity.minimum, velocity.maximum) for name in names}
+    limits = Limits(
+        cycle_s=1.0 / RATE_HZ,
+        current_max_a=dict.fromkeys(names, DAMPER.current_max_a),
+        slew_a_s=dict.fromkeys(names, DAMPER.current_slew_a_s),
+        safe_after={
+            name: (signal, velocity.limp_after_s) for name, signal in zip(names, inputs, strict=True)
+        },
+        input_range=inputs,
+        limp_a=LIMP_A,
+        late_cycles=math.inf,
+        mean_tolerance=math.inf,
+    )
+    return BusJudge(bus, limits)
+
+
+class Bus:
+    """The frames of the bus in the order of time, before both judges."""
+
+    def __init__(self):
+        self.judge, self.second = Judge(), bus_judge()
+        self.now_s = 0.0
+
+    def step(self, tick, batch, periods=1):
+        # Skipped periods are no time to the second judge: a controller that sleeps cannot keep its time-outs.
+        self.now_s += 1.0 / RATE_HZ
+        for can_id, data in batch:
+            if can_id != COMMAND_ID:  # somebody else's command is broken by its being there
+                self.see(self.now_s - 1e-4, can_id, data)
+        out = tick.step(batch, periods=periods)
+        self.judge.see(out)
+        for can_id, data in out:
+            self.see(self.now_s, can_id, data)
+
+    def see(self, time_s, can_id, data):
+        found = self.second.see(time_s, can_id, data)
+        assert not found, str(found[0])
 
 
 _CRC_CACHE = []
@@ -135,7 +184,8 @@ class Source:
 
 def run(frames: int, seed: int, *, progress: bool = False) -> tuple[Source, Judge, Tick, Counter]:
     """Send `frames` frames; raises AssertionError at the first command that breaks a rule."""
-    source, judge, tick = Source(seed), Judge(), Tick(plan())
+    source, bus, tick = Source(seed), Bus(), Tick(plan())
+    judge = bus.judge
     rng = source.rng
     seen = Counter()
     sent, started, ticks = 0, time.monotonic(), 0
@@ -144,10 +194,10 @@ def run(frames: int, seed: int, *, progress: bool = False) -> tuple[Source, Judg
             source.change_mixture()
             if rng.random() < 0.02:  # nobody on the bus for longer than it takes to go OFF
                 for _ in range(int(6 * RATE_HZ)):
-                    judge.see(tick.step([]))
+                    bus.step(tick, [])
         count = rng.choice((0, 1, 2, 3, 3, 3, 4, 8)) if ticks % 100 else 200
         batch = [source.frame() for _ in range(count)]
-        judge.see(tick.step(batch, periods=1 if rng.random() < 0.999 else rng.choice((2, 3, 60, 5000))))
+        bus.step(tick, batch, 1 if rng.random() < 0.999 else rng.choice((2, 3, 60, 5000)))
         sent += count
         ticks += 1
         for corner in tick.corners:
