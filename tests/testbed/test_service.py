@@ -6,6 +6,7 @@ import json
 import os
 import re
 import subprocess
+from itertools import pairwise
 from pathlib import Path
 
 import buslog
@@ -61,6 +62,12 @@ chrt -p "$(main_pid)" >started.policy
 wait_for 60 controls
 mark active
 
+reloaded() { journalctl -u mrctl --no-pager | grep -q 'calibration taken over'; }
+systemctl reload mrctl
+wait_for 60 reloaded
+mark reloaded
+sleep 0.5
+
 for fault in $FAULTS; do
   pid=$(main_pid)
   mark "$fault"
@@ -110,6 +117,16 @@ def test_the_service_runs_without_any_right_and_at_its_priority(life: Result) ->
     assert "0" not in status["Uid"].split()
     assert "SCHED_FIFO" in life.read("started.policy")
     assert "priority: 40" in life.read("started.policy")
+
+
+def test_a_reload_takes_the_calibrations_over_without_a_missed_command(life: Result) -> None:
+    (line,) = journal_lines(life, "calibration taken over")
+    assert line["MRCTL_CALIBRATIONS"]
+    times = buslog.marks(life.read("marks"))
+    frames = buslog.between(buslog.read(life.read("bus.log")), times["active"], times["reloaded"])
+    assert {tuple(buslog.states(f)) for f in buslog.named(frames, "ControllerState")} == {("ACTIVE",) * 4}
+    counters = list(buslog.counters(buslog.named(frames, "CurrentCommand")))
+    assert all((b - a) % 16 == 1 for a, b in pairwise(counters))
 
 
 @pytest.mark.parametrize("fault", FAULTS)
