@@ -29,7 +29,7 @@ def on_a_cluster(jobs: Sequence[Job], scheduler: str | None, processes: int) -> 
                 )
             )
         try:
-            client = stack.enter_context(dask.Client(scheduler, timeout=CONNECT_S, set_as_default=False))
+            client = stack.enter_context(dask.Client(scheduler, timeout=CONNECT_S))
         except (OSError, TimeoutError, ValueError) as error:
             why = " ".join(str(error).split())
             raise MrctlError(

@@ -7,14 +7,18 @@ from collections.abc import Callable, Sequence
 
 from mrctl.can.frames import State
 from mrctl.can.ports import FRAMES_PER_CALL
-from mrctl.config import Config
-from mrctl.runtime.build import plan_of
-from mrctl.runtime.tick import Frame, LoopFigures, StateChange, Tick
+from mrctl.runtime.tick import Frame, LoopFigures, StateChange, Tick, TickPlan
 
 CHANGES_KEPT = 200
 
 Writer = Callable[[int, Sequence[Frame]], None]
 Observer = Callable[[int, Tick], None]
+
+
+def sent_ids(plan: TickPlan) -> frozenset[int]:
+    """The identifiers of what the controller sends."""
+    outputs = (plan.command, plan.state, plan.health, *(spec for spec, _ in plan.figures))
+    return frozenset(spec.linux_id for spec in outputs)
 
 
 class Player:
@@ -24,16 +28,14 @@ class Player:
     """
 
     def __init__(
-        self, config: Config, writer: Writer | None = None, observer: Observer | None = None
+        self, plan: TickPlan, writer: Writer | None = None, observer: Observer | None = None
     ) -> None:
         """writer: gets time and frames of every tick that sends; observer: looks at the tick after each."""
-        plan = plan_of(config)
         self.tick = Tick(plan)
         self.command_id = plan.command.linux_id
-        outputs = (plan.command, plan.state, plan.health, *(spec for spec, _ in plan.figures))
-        self.sent_ids = frozenset(spec.linux_id for spec in outputs)
+        self.sent_ids = sent_ids(plan)
         self.command_every = plan.command_every
-        self.period_ns = round(1e9 / config.loop.rate_hz)
+        self.period_ns = round(1e9 * plan.dt_s)
         self.ticks = 0
         self.skipped = 0
         self.commands = 0
@@ -41,7 +43,7 @@ class Player:
         self.changes: list[tuple[int, StateChange]] = []
         self.changed = 0
         self._writer, self._observer = writer, observer
-        self._window = max(1, round(config.loop.rate_hz))
+        self._window = max(1, round(1.0 / plan.dt_s))
         self._figures = LoopFigures()
         self._left: list[Frame] = []
         self._step = self.tick.step

@@ -16,10 +16,10 @@ from mrctl.config import Config
 from mrctl.replay.clocks import Origin, RecordedClock, origin, run_on_grid
 from mrctl.replay.differences import GRID_TOLERANCE_TICKS, Differences
 from mrctl.replay.output import CandumpWriter
-from mrctl.replay.player import Observer, Player
+from mrctl.replay.player import Observer, Player, sent_ids
 from mrctl.replay.rows import NANOSECONDS
 from mrctl.replay.source import Frames, LogSource, Wanted, open_log
-from mrctl.runtime.build import frame_specs, plan_of
+from mrctl.runtime.build import plan_of
 
 CLOCKS = ("auto", "recorded", "grid")
 # So much of a log is looked at to find out whether it has commands.
@@ -62,20 +62,20 @@ def replay(
     Raises InputError where the log holds nothing usable.
     """
     options = options or Options()
+    began = time.perf_counter()
     plan = plan_of(config)
     wanted = Wanted(
         frozenset(spec.linux_id for spec, _ in plan.frames_in),
-        frozenset(spec.linux_id for spec in frame_specs(config).values()),
+        sent_ids(plan),
         config.bus.channel,
         config.bus.fd,
     )
     reader = open_log(path, options.stamps)
     source = LogSource(path, reader, wanted, options.interface)
-    began = time.perf_counter()
     with ExitStack() as stack:
         stack.enter_context(_no_collection())
         writer = None if out is None else stack.enter_context(CandumpWriter(out, source))
-        player = Player(config, writer, observer)
+        player = Player(plan, writer, observer)
         differences = Differences(plan.command, plan.state)
         clock = _play(source, player, differences, options, config, progress)
     took_s = time.perf_counter() - began
