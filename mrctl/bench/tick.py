@@ -48,7 +48,7 @@ def measure(
     told how many ticks are done.
     """
     sides = {"mrctl": _ours(config)} | {name: _theirs(peer(config)) for name, peer in PEERS.items()}
-    source = _drive(config)
+    source = drive(config)
     times: dict[str, list[int]] = {name: [] for name in sides}
     clock = time.perf_counter_ns
     gc.collect()
@@ -100,7 +100,7 @@ def _theirs(peer: Peer) -> tuple[Wire, Callable[[], None]]:
     return wire, run
 
 
-def _drive(config: Config) -> Callable[[int], list[Frame]]:
+def drive(config: Config) -> Callable[[int], list[Frame]]:
     """Good frames for tick n: a car on a wavy road."""
     rate_hz = config.loop.rate_hz
     encoders = [(spec, users, make_encoder(spec)) for spec, users in input_signals(config)]

@@ -8,7 +8,7 @@ import platform
 from pathlib import Path
 from typing import Any
 
-from mrctl.bench import c_tick, lateness, tick
+from mrctl.bench import c_tick, lateness, replay, tick
 from mrctl.config import Config, load_config
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
@@ -20,9 +20,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `mrctl bench`."""
     parser.add_argument(
         "what",
-        choices=["tick", "lateness", "c-tick"],
+        choices=["tick", "lateness", "c-tick", "replay"],
         help="tick: one control tick against python-can + cantools + numpy; lateness: waking up against "
-        "cyclictest; c-tick: the tick against the same compiled in C",
+        "cyclictest; c-tick: the tick against the same compiled in C; replay: a log against python-can's "
+        "reader with cantools",
     )
     parser.add_argument(
         "-c", "--config", metavar="FILE", help="configuration (default: four dampers in a car)"
@@ -40,6 +41,7 @@ examples:
   mrctl bench tick
   mrctl bench lateness --seconds 60
   mrctl bench c-tick
+  mrctl bench replay
 """
 
 
@@ -51,7 +53,9 @@ def run(args: argparse.Namespace) -> int:
         "rate_hz": config.loop.rate_hz,
         "machine": f"{platform.python_implementation()} {platform.python_version()}, {platform.machine()}",
     }
-    figures, text = {"tick": _tick, "lateness": _lateness, "c-tick": _c_tick}[args.what](config, args)
+    figures, text = {"tick": _tick, "lateness": _lateness, "c-tick": _c_tick, "replay": _replay}[args.what](
+        config, args
+    )
     result |= figures
     if args.json:
         written = json.dumps(result, indent=2) + "\n"
@@ -101,3 +105,18 @@ def _c_tick(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], s
     text = table(["", "µs", "times C"], rows, title=title)
     figures = {"python_us": cost.python_us, "c_us": cost.c_us, "difference_a": cost.difference_a}
     return {"c_tick": figures}, f"{text}\nlargest difference of a command: {1e3 * cost.difference_a:.0f} mA"
+
+
+def _replay(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], str]:
+    rounds = 3
+    with Progress("turns", 4 * rounds) as progress:
+        cost = replay.measure(config, args.ticks, rounds, progress.advance)
+    ours = cost.cpu_s[replay.OURS]
+    rows: list[list[Value | Cell]] = [
+        [name, 1e6 * cpu_s / cost.frames, cost.realtime_factor(name), cpu_s / ours]
+        for name, cpu_s in cost.cpu_s.items()
+    ]
+    title = f"a log of {cost.frames} frames, {cost.seconds:g} s at {config.loop.rate_hz:g} Hz, CPU time"
+    figures = {"frames": cost.frames, "seconds": cost.seconds, "cpu_s": cost.cpu_s}
+    heads = ["", "a frame, µs", "× real time", "times mrctl replay"]
+    return {"replay": figures}, table(heads, rows, title=title)

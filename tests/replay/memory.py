@@ -66,7 +66,7 @@ def main() -> int:
     after_a_tenth = next(mb for share, mb in seen if share >= 0.1)
     most, last = max(mb for _, mb in seen), seen[-1][1]
     print(
-        f"{figures['frames']:,} frames, {size_mb:,.0f} MB, {figures['ticks']:,} ticks in {took_s:,.0f} s of CPU"
+        f"{figures['frames']:,} frames, {size_mb:,.0f} MB, {figures['ticks']:,} ticks, {took_s:,.0f} s of CPU"
     )
     print(f"resident: {after_a_tenth:.1f} MB after a tenth, {last:.1f} MB at the end, {most:.1f} MB at most")
     return 1 if most - after_a_tenth > GROWTH_MB else 0
