@@ -14,6 +14,7 @@ from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import Final
 
@@ -276,10 +277,11 @@ class LogSource:
         return out, rest
 
     def _count(self, frames: Frames) -> None:
-        read, sent = self._wanted.read, self._wanted.sent
-        used = sum(frame[1] in read for frame in frames)
-        self.counts.used += used
-        self.counts.own += sum(frame[1] in sent for frame in frames) if used < len(frames) else 0
+        for can_id, count in Counter(map(itemgetter(1), frames)).items():
+            if can_id in self._wanted.read:
+                self.counts.used += count
+            elif can_id in self._wanted.sent:
+                self.counts.own += count
 
     def _nothing_usable(self) -> InputError:
         counts, lines = self.counts, sum(self.unread.values())
@@ -292,5 +294,4 @@ class LogSource:
         )
 
 
-def _time(frame: tuple[int, int, bytes]) -> int:
-    return frame[0]
+_time = itemgetter(0)
