@@ -30,6 +30,7 @@ LEAST_SHARE = 0.02  # of the mean square that an effect must take off, ...
 LATER_SHARE = (
     0.04  # ... and of what all effects take off: less may be the first one's form that is not quite so
 )
+LATER_LEFT = 0.6  # or of what is still left over the noise
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
@@ -126,12 +127,23 @@ def _search(
         best = next((t for t in level.trials if accepted(t, here, len(rest))), None)
         if best is None or number == MOST_EFFECTS:
             break
-        taken = base.mean_square - best.proof.mean_square
-        if here.mean_square - best.proof.mean_square < LATER_SHARE * taken:
+        if found and not _matters(evidence, base, here, best):
             break
         found.append(best)
         here = best.proof
     return levels, found
+
+
+def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
+    """Whether a later effect is more than a patch on the form of an earlier one.
+
+    It takes a fair share of all that was taken, or most of what is still left over the noise.
+    """
+    taken = here.mean_square - best.proof.mean_square
+    errors = np.concatenate(evidence.steady_errors(here.fit))
+    noise, _ = evidence.floor_n(best.fit)
+    left = float(np.mean(errors**2)) - noise**2
+    return taken > LATER_SHARE * (base.mean_square - best.proof.mean_square) or taken > LATER_LEFT * left
 
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof, chance, log_gain, prove
 from mrctl.discover.robust import second_opinions
-from mrctl.discover.screen import Look, looks
+from mrctl.discover.screen import Look, looks, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit
@@ -89,6 +89,12 @@ def search_level(
             if same is None or trial.proof.mean_square < same.proof.mean_square:
                 trials = [t for t in trials if t is not same] + [trial]
         done("a second opinion")
+    reach = ranges_of(before.fit.model)
+    trials = [
+        t
+        for t in trials
+        if t.effect.plausible is None or t.effect.plausible(t.fit.effect_values[t.effect.name], reach)
+    ]
     trials.sort(key=lambda trial: -trial.score)
     return Level(before, tangent, seen, trials)
 

@@ -14,6 +14,10 @@ from mrctl.identify.penalties import Penalty, total_weight
 Array = NDArray[np.float64]
 
 
+FULL_STEP = 1e-3  # damping up to which a step is as good as Newton's
+PATIENCE = 4  # short steps in a row that win little
+
+
 @dataclass(frozen=True, slots=True)
 class Normal:
     """Weighted normal equations at a point: J'WJ, J'W(y - F) and half the weighted square sum."""
@@ -61,6 +65,7 @@ def solve(
     here = total(theta, system.cost)
     damping = 1e-4
     converged = False
+    small = 0
     held = ~free
     done = 0
     while done < iterations:
@@ -87,9 +92,12 @@ def solve(
             break
         gain = here - there
         theta, here = trial, there
+        # A short step wins little wherever it is: only a full one that wins little is the end.
+        small = small + 1 if gain < tolerance else 0
+        full_step = damping <= FULL_STEP
         damping = max(damping / 10.0, 1e-10)
         system = normal(theta)
-        if gain < tolerance:
+        if small and (full_step or small >= PATIENCE):
             converged = True
             break
     return Solution(theta, system, done, converged, held)

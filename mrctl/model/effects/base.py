@@ -162,6 +162,8 @@ class Effect:
     undo: Step | None = None  # step's arguments, its input replaced by the wanted output; gives the input
     guesses: Callable[[Ranges], Sequence[Vector]] | None = None  # starting points other than typical
     derived: Callable[[Vector], Mapping[str, tuple[float, str]]] | None = None  # name: (value, unit)
+    # Whether fitted parameters still describe this effect, and not another that it can imitate.
+    plausible: Callable[[Vector, Ranges], bool] | None = None
     rank: int = 0  # order within the stage; equal ranks go by name
 
     @property

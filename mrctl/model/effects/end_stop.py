@@ -9,6 +9,7 @@ from collections.abc import MutableSequence, Sequence
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 UNIT_M = 1e-3  # the stop's force is stated at this depth
+OUTER_SHARE = 0.35  # of the largest displacement seen; a derived displacement may be off its middle
 CONTACT_M = 2e-4  # depth over which the stop's damping comes in, so that the force has no step
 
 
@@ -46,6 +47,11 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     return both + one
 
 
+def _plausible(p: Vector, ranges: Ranges) -> bool:
+    """A stop stands in the outer half of the stroke; what pushes from the middle on is a spring."""
+    return p[0] - abs(p[4]) > OUTER_SHARE * ranges.displacement_m
+
+
 EFFECT = Effect(
     name="end_stop",
     stage=Stage.ADDITIVE,
@@ -67,4 +73,5 @@ EFFECT = Effect(
     inverse_note="Its force at the measured displacement is taken off the wish.",
     needs=frozenset({"displacement"}),
     guesses=_guesses,
+    plausible=_plausible,
 )

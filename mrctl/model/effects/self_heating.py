@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.static import StaticTables, backbone_force
 
 
@@ -38,6 +38,10 @@ def start(
 ) -> list[float]:
     """The run begins with the fluid warmer than the case by the stated rise, whatever the first sample."""
     return [p[3]]
+
+
+def _guesses(_: Ranges) -> list[Vector]:
+    return [(1e-3, 200.0, 2.0, 0.0), (5e-3, 70.0, 2.0, 0.0)]
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
@@ -77,5 +81,6 @@ EFFECT = Effect(
     inverse_note="The fluid's temperature is followed with the currents commanded; h is taken there.",
     start=start,
     states=("fluid above case, K",),
+    guesses=_guesses,
     derived=_derived,
 )
