@@ -13,7 +13,6 @@ form, and ends at the first bad line.
 
 from __future__ import annotations
 
-import gzip
 import io
 import re
 from collections import Counter
@@ -21,10 +20,10 @@ from collections.abc import Iterator, Sequence
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
-from typing import IO, cast
 
 from mrctl.can.specs import ERROR_FLAG, EXTENDED_FLAG, FD_FLAG, REMOTE_FLAG
 from mrctl.errors import InputError
+from mrctl.replay.gunzip import Gunzip
 from mrctl.replay.rows import NANOSECONDS, Part
 
 BYTES_PER_PART = 1 << 17
@@ -72,14 +71,16 @@ class CandumpReader:
     def parts(self) -> Iterator[Part]:
         """The rows, a part at a time."""
         with self._raw:
+            unpacked = Gunzip(self._raw) if self._path.suffix == ".gz" else None
+            binary = self._raw if unpacked is None else io.BufferedReader(unpacked)
             try:
-                packed = self._path.suffix == ".gz"
-                binary = cast("IO[bytes]", gzip.GzipFile(fileobj=self._raw)) if packed else self._raw
                 with io.TextIOWrapper(binary, encoding="latin-1", newline="\n") as text:
                     yield from self._in_time(self._parts(text))
-            except (OSError, EOFError) as error:  # EOFError: a .gz that ends too early
+            except OSError as error:
                 if not self._line_number:
                     raise unreadable(self._path, error) from error
+                self.unread["truncated_file"] += 1
+            if unpacked is not None and unpacked.damaged:
                 self.unread["truncated_file"] += 1
 
     def _parts(self, text: io.TextIOWrapper) -> Iterator[Part]:

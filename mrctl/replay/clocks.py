@@ -6,7 +6,7 @@ then, the stamp of the due time included. So does the live loop when it is never
 Recorded: the log has the controller's own commands. Each closes a tick: what stands before it in the log
 was known to it. The periods from one command to the next follow from their stamps, the ticks that ran in
 between from their counter: a counter that goes up by 1 over several periods tells that the loop skipped them,
-one that goes up with the periods, or whole turns of the counter less, that commands are missing in the log.
+one that goes up by more that commands are missing in the log.
 """
 
 from __future__ import annotations
@@ -133,15 +133,10 @@ class RecordedClock:
             player.step(self._taken(time_ns - self._latency_ns), time_ns)
             self._differences.command_at(time_ns, data, player.sent)
             return
-        periods = max(1, (time_ns - self._due_ns) // period)
-        if self._counter is None:  # the first, or the first since they were gone
-            periods = max(1, round((time_ns - self._due_ns) / period))
-            ticks = periods
-        else:
-            ticks = (e2e.counter_delta(counter, self._counter) or e2e.COUNTERS) * every
-            whole_turns = (periods - ticks) % (e2e.COUNTERS * every) == 0 and ticks > every
-            if ticks >= periods or whole_turns:
-                ticks = periods
+        if counter == self._counter and late_ns < -period // 2:  # the same line twice
+            self._differences.damaged += 1
+            return
+        periods, ticks = self._ticks_until(time_ns, counter)
         self._counter = counter
         for _ in range(ticks - 1):
             self._due_ns += period
@@ -151,6 +146,25 @@ class RecordedClock:
         self._due_ns = min(self._due_ns + left * period + round(_DRIFT * periods * period), time_ns)
         player.step(self._taken(time_ns - self._latency_ns), time_ns, left)
         self._differences.command_at(time_ns, data, player.sent)
+
+    def _ticks_until(self, time_ns: int, counter: int) -> tuple[int, int]:
+        """Periods up to the command with this counter, and the ticks that ran in them."""
+        period, every = self._player.period_ns, self._player.command_every
+        to_command = every - self._player.tick.now % every  # the tick that sends one, if none is skipped
+        if self._counter is None:  # the first, or the first since they were gone
+            periods = max(1, round((time_ns - self._due_ns) / period))
+            periods += (to_command - periods) % every
+            return periods, periods
+        periods = max(1, (time_ns - self._due_ns) // period)
+        commands = e2e.counter_delta(counter, self._counter) or e2e.COUNTERS
+        if commands == 1:
+            return max(periods, to_command), to_command
+        ticks = to_command + (commands - 1) * every
+        turn = e2e.COUNTERS * every
+        if ticks >= periods or (periods - ticks) % turn == 0 or periods > turn:  # the bus was down, say
+            periods += (to_command - periods) % every
+            return periods, periods
+        return periods, ticks
 
     def _on_grid(self, until_ns: int) -> None:
         """Ticks at their due times, as far as this."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -217,3 +219,31 @@ def test_the_judge_loads_nothing_of_the_controller():
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=root
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_a_bus_is_watched_as_it_goes(capsys, sound):
+    import can  # noqa: PLC0415  # it takes a second
+
+    channel = "judge-test"
+
+    def drive():
+        time.sleep(0.3)
+        with can.Bus(interface="virtual", channel=channel) as bus:
+            for _, can_id, data in spoilt(sound, 20, SEEDED["crc"])[:200]:
+                bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+                time.sleep(0.0005)
+
+    driver = threading.Thread(target=drive)
+    driver.start()
+    arguments = ["--driver", "virtual", "--duration", "1.5", "--config", str(CONFIG), "--late-cycles", "100"]
+    status = main(["judge", "--interface", channel, *arguments])
+    driver.join()
+    out = capsys.readouterr().out
+    assert status == 1
+    assert "CurrentCommand crc: " in out
+    assert "CurrentCommand cycle: " in out  # they end before the watching does
+
+
+def test_an_interface_that_is_not_there_is_one_line(capsys):
+    assert main(["judge", "--interface", "can99", "--duration", "0.1"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

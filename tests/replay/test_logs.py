@@ -360,3 +360,42 @@ def test_json_has_what_the_interface_promises(tmp_path, capsys, lines):
     figures = json.loads(capsys.readouterr().out)
     assert {"frames", "ticks", "commands", "rejected", "differences", "realtime_factor"} <= set(figures)
     assert figures["ticks"] == figures["commands"] == TICKS
+
+
+@pytest.mark.parametrize("suffix", ["asc", "blf", "trc"])
+def test_what_precedes_damage_is_replayed(tmp_path, rows, suffix):
+    path = tmp_path / f"bus.{suffix}"
+    with can.Logger(str(path)) as writer:
+        for at, can_id, data in rows:
+            stamp = (at + EPOCH_NS) / 1e9
+            writer(can.Message(timestamp=stamp, arbitration_id=can_id, data=data, is_extended_id=False))
+    whole = path.read_bytes()
+    path.write_bytes(whole[: 2 * len(whole) // 3])
+    figures = replay(path, CONFIGURATION).figures
+    assert 0.3 * len(rows) < figures["frames"] < len(rows)
+    assert figures["differences"] == 0
+
+
+def test_a_gzip_that_is_cut_off_is_replayed_as_far_as_it_goes(tmp_path, lines):
+    path = tmp_path / "bus.log.gz"
+    packed = gzip.compress(("\n".join(lines) + "\n").encode())
+    path.write_bytes(packed[: len(packed) // 2])
+    figures = replay(path, CONFIGURATION).figures
+    assert figures["rejected"].get("truncated_file") == 1
+    assert figures["frames"] > 1000
+
+
+def test_the_console_form_of_other_frames(tmp_path, rows, lines):
+    text = console(rows, lambda at: micro(at + EPOCH_NS))
+    stamp = text[100].split("  ")[0]
+    text[100:100] = [
+        f"{stamp}  {CHANNEL}  20000040   [8]  00 00 00 00 00 00 00 00   ERRORFRAME",
+        f"{stamp}  {CHANNEL}  110   [0]  remote request",
+        f"{stamp}  {CHANNEL}  RX - -  7FF   [2]  DE AD   '..'",
+        f"{stamp}  {CHANNEL}  110  [12]  00 11 22 33 44 55 66 77 88 99 AA BB",
+        f"{stamp}  {CHANNEL}  110   [8]  00 11",
+    ]
+    figures = same(write(tmp_path / "c.log", text), lines, tmp_path)
+    assert figures["rejected"] == {"bad_line": 1, "error_frame": 1, "fd_frame": 1, "remote_frame": 1}
+    assert figures["traffic"]["foreign"] == 1
+    assert figures["traffic"]["bus_off"] == 1
