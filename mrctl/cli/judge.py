@@ -27,12 +27,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--driver", default="socketcan", help="python-can's interface (default: %(default)s)")
     parser.add_argument("--duration", type=float, metavar="SECONDS", help="watch for so long")
     parser.add_argument("--dbc", metavar="FILE", help="the bus's DBC (default: that of mrctl)")
-    parser.add_argument(
-        "--command", default="CurrentCommand", help="the command frame (default: %(default)s)"
-    )
+    parser.add_argument("--frame", default="CurrentCommand", help="the command frame (default: %(default)s)")
     parser.add_argument("--channel", help="of a log with several: this one only")
     limits = parser.add_argument_group("limits")
-    limits.add_argument("--config", "-c", metavar="FILE", help="take them from a configuration of mrctl")
+    limits.add_argument(
+        "--config",
+        "-c",
+        metavar="FILE",
+        help="of a configuration (default: mrctl's, if its commands are the DBC's)",
+    )
     limits.add_argument("--current-max", type=float, metavar="A", help="largest current")
     limits.add_argument("--slew", type=float, metavar="A/S", help="largest change of a current")
     limits.add_argument("--cycle-ms", type=float, metavar="MS", help="from one command to the next")
@@ -41,8 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no line for each violation")
     parser.epilog = f"""\
 Shares no code with the controller, only the DBC. Rules: {", ".join(RULES)}.
-Exit status: 0 clean, 1 a rule is broken, 2 nothing can be judged. Without limits for them, range is the DBC's
-and slew is not judged.
+Exit status: 0 clean, 1 a rule is broken, 2 nothing can be judged. Without a configuration that fits, range and
+cycle are the DBC's, and slew is judged with --slew only.
 
 examples:
   mrctl judge candump.log --config config/vehicle.yaml
@@ -54,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     """Judge, print, write."""
     kept: list[Violation] = []
     try:
-        bus = read_dbc(Path(args.dbc or share_file("dbc/mrctl.dbc")), args.command)
+        bus = read_dbc(Path(args.dbc or share_file("dbc/mrctl.dbc")), args.frame)
         limits = _limits(args, bus)
         judge = Judge(bus, limits)
         _watch(args, judge, kept)
@@ -119,8 +122,13 @@ def _judged(args: argparse.Namespace, judge: Judge) -> Iterator[Violation]:
 
 
 def _limits(args: argparse.Namespace, bus: Bus) -> Limits:
-    limits = limits_of_config(Path(args.config), bus) if args.config else default_limits(bus)
     names = [signal.name for signal in bus.command.signals]
+    if args.config:
+        limits = limits_of_config(Path(args.config), bus)
+    else:
+        limits = limits_of_config(share_file("config/vehicle.yaml"), bus)
+        if not set(limits.slew_a_s) <= set(names):  # somebody else's bus
+            limits = default_limits(bus)
     given: dict[str, Any] = {}
     if args.current_max is not None:
         given["current_max_a"] = dict.fromkeys(names, args.current_max)

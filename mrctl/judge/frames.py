@@ -76,7 +76,7 @@ def read_dbc(path: Path, command: str = "CurrentCommand") -> Bus:
             frames[frame.name] = frame
             senders[frame.name] = set(message.senders)
     if command not in frames:
-        raise UnusableError(f"{path}: has no protected frame {command}; name the command with --command")
+        raise UnusableError(f"{path}: has no protected frame {command}; name the command with --frame")
     inputs = [frame for name, frame in frames.items() if not senders[name] & senders[command]]
     return Bus(frames[command], tuple(inputs))
 

@@ -161,6 +161,13 @@ def test_without_a_configuration_the_range_is_the_databases():
     assert default_limits(BUS).cycle_s == 0.002
 
 
+def test_the_shipped_limits_hold_unless_others_are_given(tmp_path, capsys, sound):
+    bad = write(tmp_path / "bad.log", candump(spoilt(sound, 2000, SEEDED["slew"])))
+    assert main(["judge", str(bad)]) == 1
+    assert " slew: " in capsys.readouterr().out
+    assert main(["judge", str(bad), "--slew", "1e6"]) == 0
+
+
 def test_a_remote_frame_with_the_commands_identifier_is_caught(sound):
     rows = spoilt(sound, 50, lambda row: [row, (row[0] + 1000, row[1] | 1 << 30, b"")])
     assert rules(judged(rows)) == {"length"}
