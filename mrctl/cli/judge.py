@@ -43,7 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", metavar="FILE", help="write the verdict as JSON; - is standard output")
     parser.add_argument("--quiet", action="store_true", help="no line for each violation")
     parser.epilog = f"""\
-Shares no code with the controller, only the DBC. Rules: {", ".join(RULES)}.
+Shares no code with the controller, only the DBC.
+Rules: {", ".join(RULES)}.
 Exit status: 0 clean, 1 a rule is broken, 2 nothing can be judged. Without a configuration that fits, range and
 cycle are the DBC's, and slew is judged with --slew only.
 
