@@ -45,8 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = f"""\
 Shares no code with the controller, only the DBC.
 Rules: {", ".join(RULES)}.
-Exit status: 0 clean, 1 a rule is broken, 2 nothing can be judged. Without a configuration that fits, range and
-cycle are the DBC's, and slew is judged with --slew only.
+Exit status: 0 clean, 1 a rule is broken, 2 nothing can be judged.
+Without a configuration that fits, range and cycle are the DBC's, and slew is judged with --slew only.
 
 examples:
   mrctl judge candump.log --config config/vehicle.yaml

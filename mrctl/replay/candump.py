@@ -34,7 +34,7 @@ _ABSOLUTE_FROM_NS = 1_000_000 * NANOSECONDS
 # Stamps that are looked at to tell which kind they are, and the fall against the rise that tells it.
 _STAMPS_LOOKED_AT = 500
 _FALL_OF_DELTAS = 0.5
-_IDENTIFIERS_KEPT = 1 << 16
+_PLACES_KEPT = 1 << 16
 
 _LINE = re.compile(
     r"\s*\((?P<time>[^)]*)\)\s+(?P<bus>\S+)\s+(?:[RT]X\s+(?:[-BE]\s+){2})?(?:"
@@ -57,7 +57,7 @@ class CandumpReader:
         self._path = path
         self._stamps = stamps
         self._line_number = 0
-        self._identifiers: dict[str, int] = {}
+        self._known: dict[str, tuple[int, str]] = {}  # `vcan0 110`, as it stands in data frames
         try:
             self._raw = path.open("rb")
             self._size = max(1, path.stat().st_size)
@@ -96,14 +96,13 @@ class CandumpReader:
     def _rows(self, lines: Sequence[str]) -> Part:
         """The rows of these lines; the hot path takes what `candump -L` writes of data frames."""
         part: Part = []
-        add, known, from_hex = part.append, self._identifiers, bytes.fromhex
+        add, known, from_hex = part.append, self._known, bytes.fromhex
         for line in lines:
             try:
-                stamp, bus, frame = line.split()
-                identifier, _, payload = frame.partition("#")
-                if stamp[-8] == ".":
-                    time_ns = int(stamp[1:-8] + stamp[-7:-1]) * 1000
-                    add((time_ns, known[identifier], from_hex(payload), bus))
+                place, _, payload = line[20:].partition("#")
+                can_id, bus = known[place]
+                if line[11] == ".":  # ten figures before it, six behind: any stamp since 2001
+                    add((int(line[1:11] + line[12:18]) * 1000, can_id, from_hex(payload), bus))
                     continue
             except (ValueError, KeyError, IndexError):
                 pass
@@ -150,9 +149,9 @@ class CandumpReader:
             data = bytes.fromhex((match["data"] or "").replace(".", ""))
             remote, fd = match["remote"] is not None, match["fd"] is not None
             if not (remote or fd or flags & ERROR_FLAG or can_id & ERROR_FLAG):
-                if len(self._identifiers) >= _IDENTIFIERS_KEPT:
-                    self._identifiers.clear()
-                self._identifiers[text] = can_id | flags
+                if len(self._known) >= _PLACES_KEPT:
+                    self._known.clear()
+                self._known[f"{match['bus']} {text}"] = can_id | flags, match["bus"]
         if len(data) > (64 if fd else 8):
             return None
         return (

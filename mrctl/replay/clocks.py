@@ -93,6 +93,7 @@ class RecordedClock:
         self._begin = begin
         self._from_ns = begin.start_ns - (opened_before_ns if begin.started_in_log else 0)
         self._latency_ns = latency_ns
+        self._drift_ns = round(_DRIFT * player.period_ns)
         self._due_ns = begin.start_ns  # of the tick that ran last
         self._counter: int | None = None
         self._waiting: Frames = []
@@ -129,9 +130,13 @@ class RecordedClock:
         late_ns = time_ns - self._due_ns - period
         if every == 1 and 0 <= late_ns < period and self._counter == (counter - 1) & 0xF:  # nearly always
             self._counter = counter
-            self._due_ns += period + min(late_ns, round(_DRIFT * period))
+            self._due_ns += period + min(late_ns, self._drift_ns)
             player.step(self._taken(time_ns - self._latency_ns), time_ns)
-            self._differences.command_at(time_ns, data, player.sent)
+            differences = self._differences
+            if data == player.sent and time_ns >= differences.settled_ns and differences.shut_down_ns is None:
+                differences.same += 1
+            else:
+                differences.command_at(time_ns, data, player.sent)
             return
         if counter == self._counter and late_ns < -period // 2:  # the same line twice
             self._differences.damaged += 1

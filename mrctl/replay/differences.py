@@ -58,6 +58,7 @@ class Differences:
         names = [signal.name.partition("_")[0] for signal in state.signals]
         self._causes = [k for k, name in enumerate(names) if name == STATE_SIGNALS[1]]
         self._open = Tally()  # since the last state frame
+        self.same = 0  # commands in it that were the same, of those that need no further look
         self.tolerance_ticks = 0
         self._recent: deque[bytes] = deque(maxlen=1)
         self._waiting: deque[tuple[int, int, bytes]] = deque()
@@ -98,6 +99,7 @@ class Differences:
         """A recorded state frame: what came before it was no shut-down, or it was."""
         if len(data) != self.state.length or not e2e.check(data, self.state.data_ids):
             return
+        self._fold()
         values = self._decode_state(data)
         if any(values[k] == CAUSE_CODE["SHUTDOWN"] for k in self._causes):
             if self.shut_down_ns is None:
@@ -110,9 +112,15 @@ class Differences:
 
     def finish(self) -> None:
         """The log is over."""
+        self._fold()
         if self.shut_down_ns is None:
             self.tally.add(self._open)
         self._open = Tally()
+
+    def _fold(self) -> None:
+        self._open.compared += self.same
+        self._open.same_bytes += self.same
+        self.same = 0
 
     def _compare(self, time_ns: int, recorded: bytes, candidates: tuple[bytes, ...]) -> None:
         tally = self._open
