@@ -57,14 +57,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     ticks.add_argument(
         "--opened-before",
-        type=float,
+        type=_seconds,
         default=0.0,
         metavar="SECONDS",
         help="recorded: so long before its start the controller had opened the bus (default: %(default)s)",
     )
     ticks.add_argument(
         "--latency",
-        type=float,
+        type=_seconds,
         default=0.0,
         metavar="SECONDS",
         help="recorded: a command answers what came at least so long before it (default: %(default)s)",
@@ -176,6 +176,14 @@ def _places(folder: str | None, logs: Sequence[str], suffix: str) -> list[str | 
         taken.add(name)
         places.append(str(Path(folder) / f"{name}{suffix}"))
     return places
+
+
+def _seconds(text: str) -> float:
+    """A time of at most a minute; argparse tells of the ValueError."""
+    value = float(text)
+    if not 0.0 <= value <= 60.0:
+        raise argparse.ArgumentTypeError(f"{text} is not within 0 and 60 s")
+    return value
 
 
 def _command() -> str:

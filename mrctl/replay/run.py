@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from mrctl.config import Config
+from mrctl.errors import InputError
 from mrctl.replay.clocks import Origin, RecordedClock, origin, run_on_grid
 from mrctl.replay.differences import GRID_TOLERANCE_TICKS, Differences
 from mrctl.replay.output import CandumpWriter
 from mrctl.replay.player import Observer, Player, sent_ids
 from mrctl.replay.rows import NANOSECONDS
-from mrctl.replay.source import Frames, LogSource, Wanted, open_log
+from mrctl.replay.source import GAP_MAX_NS, Frames, LogSource, Wanted, open_log
 from mrctl.runtime.build import plan_of
 
 CLOCKS = ("auto", "recorded", "grid")
@@ -105,11 +106,14 @@ def _play(
             peeked += following
     whole = itertools.chain([peeked], parts)
     if begin is None:
+        if options.clock == "recorded" and peeked:
+            what = f"has no command of the controller in its first {PEEK_NS / NANOSECONDS:g} s"
+            raise InputError.at(source.path, what, "use --clock grid")
         differences.tolerate(GRID_TOLERANCE_TICKS)
         # Frames that come with the ticks' own period then fall between two ticks, not on one.
         start_ns = (source.first_ns or 0) - player.period_ns // 2
         if options.start_s is not None:
-            start_ns = round(options.start_s * 1e6) * 1000
+            start_ns = _start_ns(source, options.start_s)
         run_on_grid(whole, player, differences, start_ns)
         return {"kind": "grid", "start_ns": start_ns}
     if not begin.started_in_log:
@@ -124,6 +128,15 @@ def _play(
     )
     clock.run(whole)
     return {"kind": "recorded", "start_ns": begin.start_ns, "too_early": clock.too_early}
+
+
+def _start_ns(source: LogSource, start_s: float) -> int:
+    """A start that was given, held against the log. Raises InputError where it is far from it."""
+    first_ns = source.first_ns or 0
+    if not abs(start_s - first_ns / NANOSECONDS) <= GAP_MAX_NS / NANOSECONDS:  # not so for NaN
+        what = f"begins at {first_ns / NANOSECONDS:.6f} s, far from a start at {start_s:g} s"
+        raise InputError.at(source.path, what, "give --start in the log's own time")
+    return round(start_s * 1e6) * 1000
 
 
 def _told(source: LogSource, progress: Callable[[float], None]) -> Iterator[Frames]:

@@ -90,7 +90,7 @@ class LogSource:
         self.interface = interface or wanted.channel
         self.first_ns: int | None = None
         self.last_ns = 0
-        self._path = path
+        self.path = path
         self._reader = reader
         self._wanted = wanted
         self._asked = interface
@@ -146,7 +146,7 @@ class LogSource:
         if self._asked is not None:
             if rows and self._asked not in buses:
                 mend = f"it has {', '.join(sorted(buses))}"
-                raise InputError.at(self._path, f"begins without frames of interface {self._asked}", mend)
+                raise InputError.at(self.path, f"begins without frames of interface {self._asked}", mend)
             return self._asked
         if self._wanted.channel in buses or not buses:
             return self._wanted.channel
@@ -157,7 +157,7 @@ class LogSource:
             self.notes.append(f"the log has no interface {self._wanted.channel}; {fitting[0]} taken, {why}")
             return fitting[0]
         what = f"has no interface {self._wanted.channel}, but {', '.join(sorted(buses))}"
-        raise InputError.at(self._path, what, "choose with --interface")
+        raise InputError.at(self.path, what, "choose with --interface")
 
     def _selected(self, part: Part) -> Frames:
         """The rows of the chosen interface that matter, their stamps on a clock that does not go back."""
@@ -287,10 +287,10 @@ class LogSource:
         counts, lines = self.counts, sum(self.unread.values())
         if counts.frames:
             what = f"holds no frame that the controller reads, among {counts.frames} frames"
-            return InputError.at(self._path, what, "is it the right log, DBC and --interface?")
+            return InputError.at(self.path, what, "is it the right log, DBC and --interface?")
         what = f"holds no CAN frames with time stamps{f', but {lines} other lines' if lines else ''}"
         return InputError.at(
-            self._path, what, "is it a log of candump -L (or -ta, -td), ASC, BLF, TRC or MF4?"
+            self.path, what, "is it a log of candump -L (or -ta, -td), ASC, BLF, TRC or MF4?"
         )
 
 

@@ -399,3 +399,18 @@ def test_the_console_form_of_other_frames(tmp_path, rows, lines):
     assert figures["rejected"] == {"bad_line": 1, "error_frame": 1, "fd_frame": 1, "remote_frame": 1}
     assert figures["traffic"]["foreign"] == 1
     assert figures["traffic"]["bus_off"] == 1
+
+
+@pytest.mark.parametrize("start", ["0", "nan", "inf", "-1e300", "1700000100"])
+def test_a_start_far_from_the_log_is_refused(tmp_path, capsys, lines, start):
+    path = write(tmp_path / "bus.log", lines[:500])
+    arguments = ["-c", str(CONFIG), "--clock", "grid", "--quiet"]
+    assert main(["replay", str(path), *arguments, f"--start={start}"]) == 2
+    assert "far from a start" in capsys.readouterr().err
+
+
+def test_without_commands_there_is_no_recorded_clock(tmp_path, capsys, lines):
+    sent = set(sent_lines(lines))
+    path = write(tmp_path / "bus.log", [text for text in lines if text not in sent])
+    assert main(["replay", str(path), "-c", str(CONFIG), "--clock", "recorded", "--quiet"]) == 2
+    assert "--clock grid" in capsys.readouterr().err
