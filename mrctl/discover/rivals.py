@@ -13,7 +13,8 @@ from mrctl.discover.search import Level, Trial
 Array = NDArray[np.float64]
 
 CLOSE_SCORE = 10.0  # BIC: below this the data do not decide ("very strong" begins here, Kass & Raftery 1995)
-SAME_DIRECTION = 0.98  # share of an effect's force that a rival's slopes make up for
+SAME_DIRECTION = 0.93  # share of an effect's force that a rival's slopes make up for
+GOOD_PART = 0.2  # of a force's square sum that one of its parameters must make, to be looked at by itself
 SAME_REMOVED = 0.97  # of what the found effect takes off, where neither reaches the noise
 
 
@@ -39,7 +40,7 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
             found[name] = Rival(name, "it removes as much of the error, and neither reaches the noise")
     own = next(one for one in level.looks if one.effect.name == chosen.effect.name)
     for look in level.looks:
-        if look.effect.name in {chosen.effect.name, *found}:
+        if look.effect.name in {chosen.effect.name, *found} or not look.plausible:
             continue
         if same_direction(own, look) >= SAME_DIRECTION:
             found[look.effect.name] = Rival(
@@ -54,14 +55,31 @@ def _taken(trial: Trial) -> float:
 
 def same_direction(one: Look, other: Look) -> float:
     """The share of one look's force, beyond the model, that the other's slopes make up for, signs free."""
-    size = float(one.force @ one.force)
-    if size <= 0.0 or other.slopes.shape[0] == 0:
+    whole = float(one.force @ one.force)
+    if whole <= 0.0 or other.slopes.shape[0] == 0:
         return 0.0
-    rows = np.concatenate([other.slopes, other.force[None]])
+    # The force as a whole, and what each proportional parameter that defines the effect makes of it.
+    parts = [one.force]
+    moving = [
+        (p, x) for p, x, moves in zip(one.effect.parameters, one.values, one.free, strict=True) if moves
+    ]
+    for slope, (p, value) in zip(one.slopes, moving, strict=True):
+        made = slope * value / p.step_scale
+        if p.linear and p.typical and float(made @ made) > GOOD_PART * whole:
+            parts.append(made)
+    return max(_made_up(part, other) for part in parts)
+
+
+def _made_up(force: Array, other: Look) -> float:
+    size = float(force @ force)
+    # Only where the force is proportional: a shape that can be bent at will lies along anything.
+    free = [p for p, moves in zip(other.effect.parameters, other.free, strict=True) if moves]
+    straight = np.array([p.linear for p in free], dtype=bool)
+    rows = np.concatenate([other.slopes[straight], other.force[None]])
     length = np.linalg.norm(rows, axis=1, keepdims=True)
     rows = rows[length[:, 0] > 1e-9 * np.sqrt(size)] / length[length[:, 0] > 1e-9 * np.sqrt(size)]
     if not rows.size:
         return 0.0
-    answer, *_ = np.linalg.lstsq(rows.T, one.force, rcond=1e-6)
-    rest = one.force - answer @ rows
+    answer, *_ = np.linalg.lstsq(rows.T, force, rcond=1e-6)
+    rest = force - answer @ rows
     return 1.0 - float(rest @ rest) / size

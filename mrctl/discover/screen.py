@@ -44,6 +44,7 @@ class Look:
     force: Array
     slopes: Array
     settled: Array  # the model's vector, settled around the candidate's force
+    plausible: bool  # whether these values still describe the effect
     usual_force: float  # square sum of the force at the usual size, in units of the noise ...
     usual_beyond: float  # ... and of what the model does not take up
     free: NDArray[np.bool_]  # which parameters this data can move: not those held, nor those absorbed
@@ -67,14 +68,14 @@ class Screen:
     def __init__(self, tangent: Tangent) -> None:
         self.tangent = tangent
         self.base = tangent.fit.model
-        self._ranges = ranges_of(self.base)
+        self.ranges = ranges_of(self.base)
         self.here = tangent.stacked(self.base.predict(tangent.fit.theta))
 
     def glance(self, effect: Effect) -> list[tuple[float, Vector]]:
         """For each starting point, the gain that one linear step promises."""
         return [
             (self._Trial(self, effect).promise(np.array(start)), start)
-            for start in effect.starting_points(self._ranges)
+            for start in effect.starting_points(self.ranges)
         ]
 
     def climb(self, effect: Effect, start: Vector) -> Look:
@@ -133,6 +134,8 @@ class Screen:
                 beyond[0],
                 beyond[1:],
                 self._tangent.moved(force),
+                self._effect.plausible is None
+                or self._effect.plausible(tuple(values.tolist()), self._screen.ranges),
                 *self._usual(),
                 self._free.copy(),
             )

@@ -15,7 +15,7 @@ from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit
 from mrctl.identify.penalties import Penalty
-from mrctl.model.effects.base import Effect
+from mrctl.model.effects.base import Effect, Stage
 
 Array = NDArray[np.float64]
 Folds = Sequence[tuple[int, ...]]
@@ -23,7 +23,8 @@ Folds = Sequence[tuple[int, ...]]
 MOST_FITTED = 5
 NEAR = 0.2  # of the best look's gain: looks below are not fitted
 MOST_SECOND = 3  # fitted for each second opinion on the base
-ITERATIONS = 25
+_DEAR = 0.8  # as NEAR, for effects on the motion: their fits take a simulation for every table value
+ITERATIONS = 12
 TOLERANCE = 1e-4  # share of the cost that another step must win
 
 
@@ -77,13 +78,14 @@ def search_level(
     best = seen[0].gain if seen else 0.0
     trials = []
     for one in seen[:MOST_FITTED]:
-        if one.gain <= near * best or not one.free.any():
+        if one.gain <= (_DEAR if one.effect.stage is Stage.MOTION else near) * best or not one.free.any():
             continue
         trials.append(tried(before, tangent, one, folds))
         done(one.effect.name)
     for other in second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
-        for one in looks(frozen, candidates)[:MOST_SECOND]:
+        cheap = [c for c in candidates if c.stage is not Stage.MOTION]
+        for one in looks(frozen, cheap)[:MOST_SECOND]:
             trial = tried(before, frozen, one, folds)
             same = next((t for t in trials if t.effect.name == one.effect.name), None)
             if same is None or trial.proof.mean_square < same.proof.mean_square:

@@ -51,7 +51,7 @@ def design_inverse_filter(forward: Filter) -> Filter:
         inverse = _shaped(forward, shaping, min(fastest_hz, FASTEST_SHARE * forward.sample_rate_hz))
         if _carries(inverse):
             return inverse
-    # Nothing that inverts can be carried: the inverse leaves the loop as it is, `cascade_error` tells the cost.
+    # Nothing that inverts can be carried: it leaves the loop as it is, and `cascade_error` tells the cost.
     return Filter.of(forward.sample_rate_hz, (1.0,), (1.0,))
 
 

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 FULL_STEP = 1e-3  # damping up to which a step is as good as Newton's
-PATIENCE = 4  # short steps in a row that win little
+PATIENCE = 2  # short steps in a row that win little
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+from discover.hidden import NOISE_N, one_frequency, rich
+
+from mrctl.discover.diagnose import diagnose
+from mrctl.discover.discover import discover
+from mrctl.discover.figures import diagnosis_figures
+
+SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progression_per_m": 2.0}}
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        {"current_lag": {"rise_time_s": 0.012, "fall_time_s": 0.018}},
+        {"preyield_stiffness": {"yield_length_m": 5e-4, "compliance_m_n": 0.0}},
+    ],
+    ids=lambda h: next(iter(h)),
+)
+def test_a_hidden_effect_is_named_and_measured(hidden):
+    ((name, values),) = hidden.items()
+    result = diagnose(rich(hidden))
+    assert (result.verdict, result.effects) == ("found", (name,))
+    figures = diagnosis_figures(result)
+    top = figures["ranking"][0]
+    assert top["effect"] == name
+    assert top["significant"]
+    assert top["rmse_n"] < 1.1 * NOISE_N < figures["rmse_n"]
+    key = max(values, key=lambda k: abs(values[k]))
+    assert figures["found"][0]["parameters"][key]["value"] == pytest.approx(values[key], rel=0.05)
+
+
+def test_nothing_is_found_where_nothing_is_hidden():
+    result = diagnose(rich(seed=5))
+    assert (result.verdict, result.effects) == ("none", ())
+
+
+def test_one_frequency_cannot_tell_a_spring_from_a_mass_and_says_what_can():
+    result = diagnose(one_frequency(SPRING))
+    assert result.verdict == "ambiguous"
+    assert set(result.effects) >= {"gas_spring", "fluid_inertia"}
+    values = result.final.fit.effect_values
+    assert values.get("fluid_inertia", (0.0,))[0] >= 0.0
+    assert result.next_run is not None
+    assert result.next_run.frequency_hz != pytest.approx(2.0)
+    assert result.next_run.separation > 5.0
+
+
+def test_physics_that_no_effect_describes_is_called_unexplained():
+    campaign = rich()
+    for run in campaign.runs:  # a play of 40 mm/s^2 that depends on the history of the stroke's sign
+        side = np.sign(run.displacement_m) * np.sign(np.gradient(np.abs(run.displacement_m)))
+        run.force_n[:] += 70.0 * np.sin(60.0 * np.cumsum(np.abs(run.velocity_m_s)) * run.dt_s * 2.0) * side
+    result = diagnose(campaign)
+    assert result.verdict == "unexplained"
+    assert result.effects == ()
+
+
+def test_discovery_adds_what_it_found_and_the_held_out_error_falls_to_the_noise():
+    result = discover(rich(SPRING))
+    assert result.extension.effects == ("gas_spring",)
+    assert result.verdict == "none"
+    assert result.extension.rmse_after_n < 1.1 * NOISE_N < 0.5 * result.extension.rmse_before_n
+    assert result.extension.held_out
