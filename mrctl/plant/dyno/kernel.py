@@ -84,7 +84,7 @@ def simulate_states(
     force_n, field_a, fluid_c, case_c = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     k = p.stiffness_n_m
     h = dt_s / substeps
-    e, j, w = 0.0, current[0], 0.0
+    e, j, w, remembered = 0.0, current[0], 0.0, 0.0
     stirred = p.settled
     fluid, case = start_c, start_c
     for s in range(n):
@@ -97,20 +97,24 @@ def simulate_states(
                 share = 1.0 - math.exp(-h / (p.coil_rise_s if i > j else p.coil_fall_s))
                 j += share * (i - j)
                 stirred += (1.0 - stirred) * (1.0 - math.exp(-abs(vm) * h / p.stirring_length_m))
-                terms = fluid_terms(p, j, fluid, stirred)
-                tau = p.relaxation_s + p.relaxation_off_s * math.exp(-j / p.relaxation_current_a)
-                c = k * tau
+                off = math.exp(-j / p.loop_current_a)
+                c = k * (p.relaxation_s + p.relaxation_off_s * off)
+                memory = p.memory + p.memory_off * off
+                kept = memory * remembered
+                terms = fluid_terms(p, j, fluid, stirred * (1.0 - memory))
                 # Classic Runge-Kutta for e; every stage finds its own w.
-                w0 = sheared_velocity(k * e + c * v0, c, w, terms)
+                w0 = sheared_velocity(k * e + c * v0 - kept, c, w, terms)
                 k1 = v0 - w0
-                w1 = sheared_velocity(k * (e + 0.5 * h * k1) + c * vm, c, w0, terms)
+                w1 = sheared_velocity(k * (e + 0.5 * h * k1) + c * vm - kept, c, w0, terms)
                 k2 = vm - w1
-                w2 = sheared_velocity(k * (e + 0.5 * h * k2) + c * vm, c, w1, terms)
+                w2 = sheared_velocity(k * (e + 0.5 * h * k2) + c * vm - kept, c, w1, terms)
                 k3 = vm - w2
-                w3 = sheared_velocity(k * (e + h * k3) + c * v1, c, w2, terms)
+                w3 = sheared_velocity(k * (e + h * k3) + c * v1 - kept, c, w2, terms)
                 k4 = v1 - w3
                 e += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
                 w = w3
+                fresh = fluid_force(w, terms)[0] / (1.0 - memory)
+                remembered += (1.0 - math.exp(-h / p.memory_s)) * (fresh - remembered)
                 power = k * e * v1
                 to_case = p.fluid_to_case_w_k * (fluid - case)
                 fluid += h * (power - to_case) / p.fluid_heat_j_k

@@ -32,13 +32,13 @@ class Sensors:
     temperature_c: Sensor
 
 
-FORCE_NOISE_N = 5.0
+FORCE_NOISE_N = 3.0
 
 
 def bench_sensors(force_noise_n: float = FORCE_NOISE_N) -> Sensors:
     """Load cell, tachometer and infrared pyrometer; the noise of the other two goes with the load cell's.
 
-    At 5 N: 0.3 mm/s and 0.05 K. Without noise nothing is rounded either: the readings are the truth.
+    At 3 N: 0.3 mm/s and 0.05 K. Without noise nothing is rounded either: the readings are the truth.
     """
     if force_noise_n == 0.0:
         exact = Sensor(0.0, None)
