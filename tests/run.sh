@@ -59,6 +59,7 @@ check lint-imports
 # for real events, so it runs by itself.
 logs=$(mktemp -d)
 trap 'rm -rf "$logs"' EXIT
+export OPENBLAS_NUM_THREADS=1  # threads inside small linear algebra only wait for each other
 tests() {
   local name=$1
   shift

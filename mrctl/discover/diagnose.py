@@ -33,7 +33,7 @@ LATER_SHARE = (
 LATER_LEFT = 0.6  # or of what is still left over the noise
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
-EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
+EXPLAINED = 0.6  # of what can be removed: less, and the effects found are not what is missing
 CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.6  # relative doubt about the noise's mean square, by where it is from
 
 

@@ -62,16 +62,18 @@ def extend(
     parts = split(campaign, records)
     given = dict(values or {})
     steps = []
-    fit = None
+    fit: JointFit | None = None
+    first: JointFit | None = None
     for count in range(len(added) + 1):
         chosen = (*known, *added[:count])
         report(count / (len(added) + 2), ", ".join(e.name for e in chosen) or "base model")
         fit = _proven(parts, chosen, given, free, fit)
+        first = first or fit
         steps.append((tuple(e.name for e in chosen), error_on(fit, parts.held_out)))
     report((len(added) + 1) / (len(added) + 2), "all runs")
     whole = fitted(records, (*known, *added), dict(fit.effect_values) if fit else given, start=fit, free=free)
     std = table_std(whole, whole.covariance())
-    plain = fitted(records, known, given) if added else whole
+    plain = fitted(records, known, given, start=first) if added else whole
     return Extension(
         tuple(e.name for e in (*known, *added)),
         plain,
@@ -94,8 +96,4 @@ def _proven(
     """The fit of the training records, begun where the smaller model's stood and at the given values."""
     begin = dict(before.effect_values) if before is not None else {}
     begin |= {e.name: values.get(e.name, e.typical) for e in chosen if e.name not in begin}
-    fit = fitted(parts.training, chosen, begin, start=None, free=free)
-    if before is None:
-        return fit
-    other = fitted(parts.training, chosen, begin, start=before, free=free)
-    return min((fit, other), key=lambda one: one.model.rmse_n(one.theta))
+    return fitted(parts.training, chosen, begin, start=before, free=free)

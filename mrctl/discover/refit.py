@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.folds import covered
 from mrctl.discover.noise_floor import noise_floor, pooled_floor
-from mrctl.identify.best import fit_base, moved
+from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit, JointModel
 from mrctl.identify.records import Record
@@ -84,25 +84,24 @@ def fitted(
     start: JointFit | None = None,
     free: Mapping[str, Sequence[bool]] | None = None,
 ) -> JointFit:
-    """Base and effects fitted jointly to records; `start`: a fit of the same data whose tables to begin with.
+    """Base and effects fitted jointly to records; `start`: a fit whose knots and tables to begin with.
 
     values: where the effects begin, SI; free: which of their parameters move (default: all not held).
     """
-    base = fit_base(records)
+    base = fit_base(records) if start is None else start
+    if not chosen and start is None:
+        return base
     layout = base.model.layout
-    tables = base.tables if start is None else moved(start.tables, start.model.layout, layout)
     model = JointModel(layout, records, Effects(tuple(chosen)))
     mask = model.free()
     if free is not None and chosen:
         own = [flag for e in chosen for flag in free.get(e.name, [not p.held for p in e.parameters])]
         mask[layout.size :] = own
-    theta = model.pack(tables, values)
+    theta = model.pack(base.tables, values)
     model.reweigh(theta)
     old = {p.name: p.weight for p in base.penalties}
     penalties = [replace(p, weight=old.get(p.name, p.weight)) for p in model.penalties()]
-    if not chosen:
-        return base
-    return model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=15)
+    return model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=12)
 
 
 def error_on(fit: JointFit, records: Sequence[Record]) -> float:

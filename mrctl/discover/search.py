@@ -23,7 +23,7 @@ Folds = Sequence[tuple[int, ...]]
 MOST_FITTED = 5
 NEAR = 0.2  # of the best look's gain: looks below are not fitted
 MOST_SECOND = 3  # fitted for each second opinion on the base
-_DEAR = 0.8  # as NEAR, for effects on the motion: their fits take a simulation for every table value
+_DEAR = 0.4  # as NEAR, for effects on the motion: their fits take a simulation for every table value
 ITERATIONS = 12
 TOLERANCE = 1e-4  # share of the cost that another step must win
 

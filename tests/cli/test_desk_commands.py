@@ -1,0 +1,114 @@
+import json
+
+import numpy as np
+import pytest
+from discover.hidden import rich
+
+from mrctl.calibration import load_calibration
+from mrctl.cli.main import main
+from mrctl.measurements import write_run_csv
+
+SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progression_per_m": 2.0}}
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("campaign")
+    for run in rich(SPRING).runs:
+        write_run_csv(run, folder / f"{run.name}.csv")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def identified(campaign, tmp_path_factory):
+    place = tmp_path_factory.mktemp("identified")
+    calibration, figures = place / "damper.yaml", place / "identify.json"
+    arguments = ["identify", str(campaign), "-o", str(calibration), "--json", str(figures), "--quiet"]
+    assert main(arguments) == 0
+    return calibration, json.loads(figures.read_text())
+
+
+def _json(capsys, *arguments):
+    assert main([str(a) for a in arguments] + ["--json", "-"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_identify_says_how_good_it_is_and_what_it_could_not_learn(identified, campaign):
+    calibration, figures = identified
+    assert {"runs", "rmse_n", "fit_percent", "rmse_percent_on", "rmse_percent_off"} <= set(figures)
+    assert len(figures["runs"]) == len(list(campaign.iterdir()))
+    assert figures["rmse_n"] > 20.0  # the spring is not in it
+    loaded = load_calibration(calibration)
+    assert loaded.provenance.data_sha256
+    assert loaded.provenance.history[0].what == "identify"
+
+
+def test_what_identify_wrote_is_sound_and_predicts(identified, campaign, tmp_path):
+    calibration, figures = identified
+    assert main(["check", str(calibration)]) == 0
+    run = min(campaign.iterdir())
+    assert main(["predict", str(calibration), str(run), "-o", str(tmp_path / "out.csv")]) == 0
+    table = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True)
+    rmse = float(np.sqrt(np.mean((table["force_N"] - table["force_model_N"]) ** 2)))
+    own = next(r for r in figures["runs"] if r["file"].removesuffix(".csv") == run.stem)
+    assert rmse == pytest.approx(own["rmse_n"], rel=0.05)
+
+
+def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(identified, campaign, tmp_path, capsys):
+    calibration, _ = identified
+    report = tmp_path / "diagnosis.html"
+    found = _json(capsys, "diagnose", calibration, campaign, "--report", report)
+    assert (found["verdict"], found["effects"]) == ("found", ["gas_spring"])
+    assert found["next_run"] is None
+    assert found["ranking"][0]["parameters"]["stiffness_n_m"]["unit"] == "N/m"
+    assert report.stat().st_size < 3_000_000
+    longer, page = tmp_path / "extended.yaml", tmp_path / "extended.html"
+    extended = _json(
+        capsys, "extend", calibration, campaign, "--effect", "gas_spring", "-o", longer, "--report", page
+    )
+    assert extended["effects"] == ["gas_spring"]
+    assert extended["rmse_after_n"] < 6.0 < extended["rmse_before_n"]
+    assert extended["held_out"]
+    assert page.stat().st_size < 3_000_000
+    history = load_calibration(longer).provenance.history
+    assert [step.effects for step in history][-1] == ("gas_spring",)
+    assert _json(capsys, "compare", longer, campaign)["rmse_n"] < 6.0
+    again = _json(capsys, "diagnose", longer, campaign)
+    assert (again["verdict"], again["effects"]) == ("none", [])
+    plain = tmp_path / "plain.yaml"
+    removed = _json(capsys, "extend", longer, campaign, "--remove", "gas_spring", "-o", plain)
+    assert removed["effects"] == []
+
+
+def test_discover_goes_the_whole_way(campaign, tmp_path, capsys):
+    calibration, page = tmp_path / "found.yaml", tmp_path / "found.html"
+    found = _json(capsys, "discover", campaign, "-o", calibration, "--report", page)
+    assert [step["effects"] for step in found["history"]] == [[], ["gas_spring"]]
+    assert found["history"][1]["rmse_n"] < 6.0 < found["history"][0]["rmse_n"]
+    assert (found["verdict"], found["effects"]) == ("none", ["gas_spring"])
+    assert [e.name for e in load_calibration(calibration).damper.effects] == ["gas_spring"]
+    assert page.stat().st_size < 3_000_000
+
+
+@pytest.mark.parametrize("command", ["identify", "discover"])
+def test_a_folder_without_measurements_is_one_line_and_status_2(command, tmp_path, capsys):
+    assert main([command, str(tmp_path), "-o", str(tmp_path / "x.yaml"), "--quiet"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("error: ")
+    assert not (tmp_path / "x.yaml").exists()
+
+
+def test_an_effect_that_does_not_exist_is_one_line_that_lists_those_that_do(identified, campaign, capsys):
+    arguments = [
+        "extend",
+        str(identified[0]),
+        str(campaign),
+        "--effect",
+        "gravity",
+        "-o",
+        "x.yaml",
+        "--quiet",
+    ]
+    assert main(arguments) == 2
+    assert "gas_spring" in capsys.readouterr().err
