@@ -34,6 +34,7 @@ COMMANDS = {
     "discover": "identify, diagnose and extend until nothing more can honestly be added",
     "effects": "physical effects beyond the separable model: equations, parameters, how each is undone",
     "dyno": "measure a virtual damper by the published protocol and others",
+    "verify": "the published tables and figures, side by side with what both methods reach here",
     "bench": "benchmarks against a peer in the same run",
     "safe-frame": "put a last 0 A command on the bus, for service managers",
 }

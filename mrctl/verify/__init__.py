@@ -1,0 +1,1 @@
+"""The published tables beside what this project makes of the same protocol."""
