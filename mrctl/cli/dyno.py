@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mrctl.errors import InputError
-from mrctl.plant.dyno.campaign import Bench, DynoRun, write_campaign
+from mrctl.plant.dyno.campaign import DAMPERS, Bench, DynoRun, write_campaign
 from mrctl.plant.dyno.protocols import PROTOCOLS
 from mrctl.plant.dyno.sensors import FORCE_NOISE_N
 from mrctl.report.progress import Progress
@@ -25,6 +25,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="paper",
         choices=sorted(PROTOCOLS),
         help="what to do (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--damper",
+        default="magneride",
+        choices=sorted(DAMPERS),
+        help="whose physics: one like MagneRide's, or Spencer's (1997), whose 0 to 2.25 V stand for 0 to 3 A "
+        "(default: %(default)s)",
     )
     parser.add_argument("-o", "--output", metavar="DIR", help="folder for the CSV files, one for each run")
     parser.add_argument("--seed", type=int, default=1, help="same seed, same campaign (default: %(default)s)")
@@ -65,13 +72,19 @@ def run(args: argparse.Namespace) -> int:
         raise InputError.at("--rate", f"is {args.rate:g} Hz", "give a number from 100 to 20000")
     if args.seed < 0:
         raise InputError.at("--seed", f"is {args.seed}", "give 0 or more")
-    bench = Bench(seed=args.seed, noise_n=args.noise)
+    bench = Bench(DAMPERS[args.damper], args.seed, args.noise)
     with Progress(f"dyno, {args.protocol}", len(bench.drives(args.protocol, args.rate))) as progress:
         items = write_campaign(
             bench, args.protocol, Path(args.output), args.rate, lambda name: progress.advance(note=name)
         )
     if args.json:
-        result = {"protocol": args.protocol, "seed": args.seed, "noise_n": args.noise, "folder": args.output}
+        result = {
+            "protocol": args.protocol,
+            "damper": args.damper,
+            "seed": args.seed,
+            "noise_n": args.noise,
+            "folder": args.output,
+        }
         text = json.dumps({**result, "runs": [_told(item) for item in items]}, indent=2) + "\n"
         if args.json == "-":
             print(text, end="")

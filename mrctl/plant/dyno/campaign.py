@@ -8,14 +8,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrctl.errors import InputError
 from mrctl.measurements import Campaign, RawRun, Run, assemble, write_run_csv
+from mrctl.model.baselines.bouc_wen import SPENCER_1997, BoucWen
+from mrctl.plant.dyno.current import LARGEST_A
 from mrctl.plant.dyno.damper import DynoStates, simulate
 from mrctl.plant.dyno.parameters import MAGNERIDE_LIKE, DynoDamper
 from mrctl.plant.dyno.protocols import PROTOCOLS, Drive, Protocol
 from mrctl.plant.dyno.sensors import FORCE_NOISE_N, bench_sensors
+from mrctl.plant.spencer import LARGEST_V, simulate_bouc_wen
 
+Array = NDArray[np.float64]
+
+DAMPERS: dict[str, DynoDamper | BoucWen] = {"magneride": MAGNERIDE_LIKE, "spencer": SPENCER_1997}
 MEASURED = ("time_s", "velocity_m_s", "current_a", "temperature_c", "force_n")
 
 
@@ -30,9 +37,13 @@ class DynoRun:
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """A damper on the dyno. The same seed gives the same campaign; `noise_n` is the load cell's RMS."""
+    """A damper on the dyno. The same seed gives the same campaign; `noise_n` is the load cell's RMS.
 
-    damper: DynoDamper = MAGNERIDE_LIKE
+    Spencer's damper is commanded by a voltage, which stands in the place of the current: drives from 0 to 3 A
+    become 0 to 2.25 V. It knows no temperature.
+    """
+
+    damper: DynoDamper | BoucWen = MAGNERIDE_LIKE
     seed: int = 1
     noise_n: float = FORCE_NOISE_N
 
@@ -44,25 +55,41 @@ class Bench:
 
     def measure(self, drive: Drive, number: int = 0) -> DynoRun:
         """One run of a drive; `number` tells runs of the same name apart in their noise."""
-        truth = simulate(
-            self.damper,
-            drive.rate_hz,
-            drive.motion.displacement_m,
-            drive.motion.velocity_m_s,
-            drive.current_a,
-            drive.temperature_c,
-            drive.air_c,
-        )
+        truth = self._states(drive)
         random = np.random.default_rng([self.seed, number, *drive.name.encode()])
         sensors = bench_sensors(self.noise_n)
         channels = {
             "time_s": np.arange(len(drive.motion)) / drive.rate_hz,
             "velocity_m_s": sensors.velocity_m_s.read(drive.motion.velocity_m_s, random),
-            "current_a": drive.current_a,
+            "current_a": self._command(drive),
             "temperature_c": sensors.temperature_c.read(truth.case_temperature_c, random),
             "force_n": sensors.force_n.read(truth.force_n, random),
         }
         return DynoRun(assemble(RawRun(drive.name, Path(f"{drive.name}.csv"), channels)), drive, truth)
+
+    def _command(self, drive: Drive) -> Array:
+        if isinstance(self.damper, BoucWen):
+            return np.round(drive.current_a * (LARGEST_V / LARGEST_A), 6)
+        return drive.current_a
+
+    def _states(self, drive: Drive) -> DynoStates:
+        moving = drive.motion
+        if isinstance(self.damper, DynoDamper):
+            return simulate(
+                self.damper,
+                drive.rate_hz,
+                moving.displacement_m,
+                moving.velocity_m_s,
+                drive.current_a,
+                drive.temperature_c,
+                drive.air_c,
+            )
+        command = self._command(drive)
+        force = simulate_bouc_wen(
+            self.damper, drive.rate_hz, moving.displacement_m, moving.velocity_m_s, command
+        )
+        warm = np.full(len(moving), drive.temperature_c)
+        return DynoStates(force, command, warm, warm)
 
     def runs(self, protocol: str, rate_hz: float | None = None) -> Iterator[DynoRun]:
         """Every run of a protocol, one at a time."""

@@ -38,7 +38,8 @@ class DynoDamper(NamedTuple):
     memory_off: float = 0.09
     memory_s: float = 0.05
     loop_current_a: float = 0.5
-    # seals; gas with the rod in at mid stroke taken as zero; settling
+    # seals; gas, its force at mid stroke taken as zero; settling. The gas has kappa p A^2 / V of a monotube:
+    # 1.4 * 2.5 MPa * (2 cm^2)^2 / 64 cm^3
     seal_n: float = 8.0
     seal_velocity_m_s: float = 0.004
     gas_stiffness_n_m: float = 2200.0

@@ -19,6 +19,8 @@ PAPER_CURRENTS_A = (0.0, 1.0, 2.0, 3.0)
 PAPER_TEMPERATURES_F = (84, 97, 111, 122, 132, 141, 151, 162, 171, 181)
 PAPER_FREQUENCY_HZ = 2.387
 INCH_M = 0.0254
+SPENCER_FREQUENCY_HZ = 2.5  # Eq. 9.4: 12 pi cos(5 pi t) cm/s
+SPENCER_AMPLITUDE_M = 0.024
 PAPER_CYCLES = 9
 RATE_HZ = 2000.0
 
@@ -116,6 +118,12 @@ def _heat(rate_hz: float, random: np.random.Generator) -> Drives:
     yield Drive("heat_road", moving, amperes, 24.0, rate_hz)
 
 
+def _spencer(rate_hz: float, _: np.random.Generator) -> Drives:
+    for speed, i in product((0.25, 0.5, 0.75, 1.0), (0.0, 0.6, 1.2, 1.8, 2.4, 3.0)):
+        moving = motion.sine(SPENCER_FREQUENCY_HZ, speed * SPENCER_AMPLITUDE_M, 8, rate_hz)
+        yield Drive(f"{100 * speed:.0f}pc_{i:.1f}A", moving, _constant(i, moving), 25.0, rate_hz)
+
+
 def _single(rate_hz: float, random: np.random.Generator) -> Drives:
     moving = motion.road_like(random, 0.15, 30.0, rate_hz)
     yield Drive("single", moving, current.steps(random, len(moving), rate_hz), 40.0, rate_hz)
@@ -131,6 +139,7 @@ PROTOCOLS = {
         Protocol("sweeps", "current up and down during a sine; frequency from 0.5 to 15 Hz", _sweeps),
         Protocol("road", "road-like motion with changing current from 25 to 81 degC", _road, 1000.0),
         Protocol("heat", "two runs of five minutes in which the damper heats up", _heat, 500.0),
+        Protocol("eq-9.4", "2.5 Hz, strokes of 6 to 24 mm, six currents, one temperature", _spencer),
         Protocol("single", "one run of 30 s: road-like motion, current steps", _single),
     )
 }
