@@ -1,6 +1,6 @@
 """Logs of every format and in every bad shape give the same commands; what is no data is counted."""
 
-from __future__ import annotations
+from __future__ import importlib
 
 import gzip
 import json
@@ -152,9 +152,8 @@ def test_formats_that_python_can_writes(tmp_path, rows, lines, suffix):
 
 def test_mf4(tmp_path, rows, lines):
     path = tmp_path / "bus.mf4"
-    writer = can.io.mf4.MF4Writer
-    if writer is None or not _has_asammdf():
-        pytest.fail("asammdf is a development dependency")
+    # mrctl imports python-can without asammdf where it comes first; the writer needs it.
+    writer = importlib.reload(can.io.mf4).MF4Writer
     with writer(str(path), database=None) as log:
         for at, can_id, data in rows:
             log(
@@ -169,10 +168,6 @@ def test_mf4(tmp_path, rows, lines):
     figures, again = commands_of(path, tmp_path)
     assert first_difference(again, expected(lines)) is None
     assert figures["frames"] == len(rows)
-
-
-def _has_asammdf():
-    return can.io.mf4.asammdf is not None
 
 
 def test_whatever_is_no_data_is_counted_and_changes_nothing(tmp_path, lines):
