@@ -1,7 +1,5 @@
 """Logs of every format and in every bad shape give the same commands; what is no data is counted."""
 
-from __future__ import importlib
-
 import gzip
 import json
 import random
