@@ -1,6 +1,9 @@
 """Logs of every format and in every bad shape give the same commands; what is no data is counted."""
 
+from __future__ import annotations
+
 import gzip
+import importlib
 import json
 import random
 from datetime import UTC, datetime
