@@ -196,7 +196,9 @@ def test_the_magnetic_loop_is_as_wide_as_stated_and_closes():
     st.floats(-0.1, 0.1), st.floats(-2.0, 2.0), st.floats(0.0, 0.08), st.floats(1.0, 3.0), st.floats(0.0, 5e4)
 )
 def test_an_end_stop_pushes_back_and_never_pulls(x, v, clearance, exponent, damping):
-    force = effects()["end_stop"].step((clearance, 500.0, exponent, damping, 0.0), [], v, x, 0.0, 0.0, 0.0, 0.001)
+    force = effects()["end_stop"].step(
+        (clearance, 500.0, exponent, damping, 0.0), [], v, x, 0.0, 0.0, 0.0, 0.001
+    )
     assert force * x >= 0.0
     if abs(x) <= clearance:
         assert force == 0.0
