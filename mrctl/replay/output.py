@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
@@ -13,6 +11,7 @@ from mrctl.can.specs import EXTENDED_FLAG
 from mrctl.errors import InputError
 from mrctl.replay.source import LogSource
 from mrctl.runtime.tick import Frame
+from mrctl.whole_file import whole_file
 
 
 class CandumpWriter:
@@ -23,13 +22,11 @@ class CandumpWriter:
         self._path = path
         self._source = source
         self._names: dict[int, str] = {}
+        self._whole = whole_file(path, encoding="ascii", errors="replace", newline="\n")
         try:
-            handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+            self._write = self._whole.__enter__().write
         except OSError as error:
             raise self._unwritable(error) from error
-        self._aside = Path(aside)
-        self._file = os.fdopen(handle, "w", encoding="ascii", errors="replace", newline="\n")
-        self._write = self._file.write
 
     def __call__(self, time_ns: int, frames: Sequence[Frame]) -> None:
         """Write the frames that left at this time."""
@@ -51,16 +48,9 @@ class CandumpWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            self._file.close()
-            if kind is None:
-                mask = os.umask(0)
-                os.umask(mask)
-                self._aside.chmod(0o666 & ~mask)  # as any new file; mkstemp's own are private
-                self._aside.replace(self._path)
+            self._whole.__exit__(kind, error, trace)
         except OSError as failure:
             raise self._unwritable(failure) from failure
-        finally:
-            self._aside.unlink(missing_ok=True)
 
     def _name(self, can_id: int) -> str:
         interface = self._source.interface

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,6 +16,7 @@ from mrctl.report.style import style_sheet
 from mrctl.report.svg import Figure, escape
 from mrctl.report.tables import Cell, Value, html_table
 from mrctl.report.theme import Tone
+from mrctl.whole_file import whole_file
 
 # Nothing may be fetched and nothing run, whatever a file name or a calibration's text smuggles in.
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -163,20 +162,10 @@ class Page:
         content = self.html().encode()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-        except OSError as error:
-            raise _unwritable(path, error) from error
-        try:
-            with os.fdopen(handle, "wb") as file:
+            with whole_file(path, "wb") as file:
                 file.write(content)
-            mask = os.umask(0)
-            os.umask(mask)
-            Path(aside).chmod(0o666 & ~mask)  # as any new file; mkstemp's own are private
-            Path(aside).replace(path)
         except OSError as error:
             raise _unwritable(path, error) from error
-        finally:
-            Path(aside).unlink(missing_ok=True)
         return len(content)
 
     def _contents(self) -> str:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +9,7 @@ from typing import Any
 import yaml
 
 from mrctl.errors import InputError
+from mrctl.whole_file import whole_file
 
 WIDTH = 100
 
@@ -81,23 +79,11 @@ def render(blocks: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
 def write_atomically(path: Path | str, text: str) -> None:
     """Put the text at the path whole or not at all; raises InputError when it cannot be written there."""
     target = Path(path)
-    aside: str | None = None
     try:
-        handle, aside = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+        with whole_file(target, encoding="utf-8") as stream:
             stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        mode = target.stat().st_mode & 0o777 if target.exists() else 0o644
-        Path(aside).chmod(mode)
-        Path(aside).replace(target)
-        aside = None
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError.at(
             target, f"cannot be written ({reason})", "check the folder and its permissions"
         ) from None
-    finally:
-        if aside is not None:
-            with contextlib.suppress(OSError):
-                Path(aside).unlink()
