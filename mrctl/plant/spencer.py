@@ -34,7 +34,10 @@ def simulate_bouc_wen(
     *,
     relative: float = RELATIVE,
 ) -> Array:
-    """The force in N (n) of a damper at rest at the first sample; `drive` (n, or one number) in V or A."""
+    """The force in N (n) of a damper at rest at the first sample; `drive` (n, or one number) in V or A.
+
+    NaN from where the state grows beyond all numbers, which only a damper that gives energy does.
+    """
     x, v = (np.array(signal, dtype=np.float64) for signal in (displacement_m, velocity_m_s))
     u = np.array(np.broadcast_to(np.asarray(drive, dtype=np.float64), x.shape))
     out = np.empty_like(x)
@@ -91,6 +94,13 @@ def _loop(force: Step) -> Step:
                         + (error_z / (absolute + relative * max(abs(z), abs(zs)))) ** 2
                     )
                 )
+                # Not finite: a stage flew away. A short step mends it; no step mends a state that is lost.
+                if not math.isfinite(away):
+                    if step <= LEAST_SHARE * dt_s:
+                        out[s + 1 :] = math.nan
+                        return
+                    h = 0.1 * step
+                    continue
                 if away <= 1.0 or step <= LEAST_SHARE * dt_s:
                     t = dt_s if step == dt_s - t else t + step
                     y, z = ys, zs

@@ -134,3 +134,12 @@ def test_it_stands_on_the_dyno_as_any_damper():
     assert max(run.current_a.max() for run in campaign.runs) == pytest.approx(LARGEST_V)
     fastest = max(np.max(np.abs(run.velocity_m_s)) for run in campaign.runs)
     assert fastest == pytest.approx(0.12 * math.pi, rel=0.01)
+
+
+def test_a_state_that_runs_away_ends_in_nan_and_the_integration_with_it():
+    # Negative gamma and beta give energy: z grows without bounds in finite time.
+    x, v = motion(1)
+    wild = SPENCER_1997._replace(gamma=-3.63e6, beta=-3.63e6, n=2.64)
+    force = simulate_bouc_wen(wild, RATE_HZ, x, v, 1.5)
+    assert math.isfinite(force[0])
+    assert math.isnan(force[-1])
