@@ -13,7 +13,7 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
 from mrctl.discover.reveal import hidden_effects
-from mrctl.discover.rivals import Rival, rivals_of
+from mrctl.discover.rivals import Rival, rivals_of, simplest
 from mrctl.discover.search import Level, Trial, search_level, without
 from mrctl.discover.structure import Structure, structure_of
 from mrctl.measurements.run import Campaign
@@ -34,7 +34,7 @@ LATER_LEFT = 0.6  # or of what is still left over the noise
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.6  # of what can be removed: less, and the effects found are not what is missing
-CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.6  # relative doubt about the noise's mean square, by where it is from
+CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,9 +124,11 @@ def _search(
         level = search_level(here, rest, evidence.folds)
         levels.append(level)
         report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
-        best = next((t for t in level.trials if accepted(t, here, len(rest))), None)
-        if best is None or number == MOST_EFFECTS:
+        here = level.before
+        good = [t for t in level.trials if accepted(t, here, len(rest))]
+        if not good or number == MOST_EFFECTS:
             break
+        best = simplest(good[0], level, good)
         if found and not _matters(evidence, base, here, best):
             break
         found.append(best)
@@ -171,10 +173,12 @@ def _confirmed(
         smaller = without(final, effect.name, evidence.folds)
         rest = [c for c in candidates if c.name not in others]
         level = search_level(smaller, rest, evidence.folds, near=CLOSE)
-        best = next((t for t in level.trials if accepted(t, smaller, len(rest))), None)
-        if best is None:
+        smaller = level.before
+        good = [t for t in level.trials if accepted(t, smaller, len(rest))]
+        if not good:
             final = smaller
             continue
+        best = simplest(good[0], level, good)
         own = next((t for t in level.trials if t.effect.name == effect.name), None)
         keep = own is not None and own.score > best.score - LEAST_SCORE
         stands.append((own if keep and own is not None else best, level))

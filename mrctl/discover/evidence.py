@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.folds import folds_of
+from mrctl.discover.input_noise import input_noise
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.search import Folds
@@ -93,7 +94,8 @@ class Evidence:
     def floor_n(self, fit: JointFit) -> tuple[float, bool]:
         """(noise RMS in N at full rate, whether it was measured from cycle to cycle).
 
-        Where runs do not repeat, it is read off the spectrum of what the fit leaves.
+        Where runs do not repeat, it is read off the spectrum of what the fit leaves, and what the measured
+        velocity's own noise makes of the model's force is added.
         """
         known = [
             (f.floor_n, len(r)) for f, r in zip(self.floors, self.full, strict=True) if f.floor_n is not None
@@ -101,7 +103,8 @@ class Evidence:
         if sum(n for _, n in known) >= KNOWN_SHARE * sum(map(len, self.full)):
             return float(np.sqrt(sum(n * f * f for f, n in known) / sum(n for _, n in known))), True
         errors = self.steady_errors(fit)
-        spectral = spectral_floor(errors, [r.rate_hz for r in self.full])
+        brought = [f[f.size - e.size :] for f, e in zip(input_noise(fit, self.full), errors, strict=True)]
+        spectral = spectral_floor(errors, [r.rate_hz for r in self.full], brought)
         if spectral is None:
             return 0.0, False
         return min(spectral.noise_n, float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))), False

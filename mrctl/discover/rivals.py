@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ Array = NDArray[np.float64]
 CLOSE_SCORE = 10.0  # BIC: below this the data do not decide ("very strong" begins here, Kass & Raftery 1995)
 SAME_DIRECTION = 0.93  # share of an effect's force that a rival's slopes make up for
 GOOD_PART = 0.2  # of a force's square sum that one of its parameters must make, to be looked at by itself
+AS_GOOD, AS_GOOD_SHARE = 1.01, 0.98  # of the mean square left, of that taken: a smaller effect does it too
+CONTAINED = 0.99  # as SAME_DIRECTION, where one effect is a special case of the other
 SAME_REMOVED = 0.97  # of what the found effect takes off, where neither reaches the noise
 
 
@@ -26,12 +29,40 @@ class Rival:
     why: str
 
 
+def simplest(best: Trial, level: Level, allowed: Sequence[Trial]) -> Trial:
+    """The trial with the fewest parameters among those that do as well as the best one and are allowed.
+
+    An effect that has another as its special case always fits a little better; its freedom must earn more.
+    """
+    before = level.before.mean_square
+    equals = [
+        t
+        for t in allowed
+        if t.proof.mean_square < AS_GOOD * best.proof.mean_square
+        and before - t.proof.mean_square > AS_GOOD_SHARE * (before - best.proof.mean_square)
+        and (t is best or contains(best, t, level))
+    ]
+    return min(equals, key=lambda t: (t.parameters, -t.score), default=best)
+
+
+def contains(larger: Trial, smaller: Trial, level: Level) -> bool:
+    """Whether the smaller effect's force is a special case of the larger one's."""
+    looks = {one.effect.name: one for one in level.looks}
+    own, other = looks[smaller.effect.name], looks[larger.effect.name]
+    return larger.parameters > smaller.parameters and same_direction(own, other) >= CONTAINED
+
+
 def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
     """Rivals of a trial at its level; `cleared`: with it, nothing but noise is left."""
     found: dict[str, Rival] = {}
     removed = chosen.gain
+    larger = {
+        t.effect.name
+        for t in level.trials
+        if contains(t, chosen, level) and AS_GOOD * t.proof.mean_square > chosen.proof.mean_square
+    }
     for other in level.trials:
-        if other.effect.name == chosen.effect.name:
+        if other.effect.name == chosen.effect.name or other.effect.name in larger:
             continue
         name = other.effect.name
         if chosen.score - other.score < CLOSE_SCORE:
@@ -40,7 +71,7 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
             found[name] = Rival(name, "it removes as much of the error, and neither reaches the noise")
     own = next(one for one in level.looks if one.effect.name == chosen.effect.name)
     for look in level.looks:
-        if look.effect.name in {chosen.effect.name, *found} or not look.plausible:
+        if look.effect.name in {chosen.effect.name, *found, *larger} or not look.plausible:
             continue
         if same_direction(own, look) >= SAME_DIRECTION:
             found[look.effect.name] = Rival(

@@ -24,6 +24,8 @@ MOST_FITTED = 5
 NEAR = 0.2  # of the best look's gain: looks below are not fitted
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits take a simulation for every table value
+CLOSE_TRIAL = 0.7  # of the best trial's gain, to be begun once more from its base
+WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
 ITERATIONS = 12
 TOLERANCE = 1e-4  # share of the cost that another step must win
 
@@ -91,6 +93,7 @@ def search_level(
             if same is None or trial.proof.mean_square < same.proof.mean_square:
                 trials = [t for t in trials if t is not same] + [trial]
         done("a second opinion")
+    before, trials = _levelled(before, trials, folds)
     reach = ranges_of(before.fit.model)
     trials = [
         t
@@ -99,6 +102,56 @@ def search_level(
     ]
     trials.sort(key=lambda trial: -trial.score)
     return Level(before, tangent, seen, trials)
+
+
+def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, list[Trial]]:
+    """The same fits, none of them in a worse valley than the best one's base leads to.
+
+    A base has more than one valley. A trial that found a better one by luck would be credited with it; so
+    the model without it, and the close trials, begin there once more.
+    """
+    if not trials:
+        return before, trials
+    best = min(trials, key=lambda t: t.proof.mean_square)
+    size = before.fit.model.layout.size
+    there = best.fit.theta[:size]
+    before = _again(before, there, folds)
+    least = CLOSE_TRIAL * best.gain
+    trials = [t if t is best else _from(t, there, least, folds) for t in trials]
+    colour = min(trials, key=lambda t: t.proof.mean_square).proof.colour
+    return before, [_judged(before, t, colour) for t in trials]
+
+
+def _from(trial: Trial, base: Array, least: float, folds: Folds) -> Trial:
+    """The trial, begun once more from another base, if it is close enough to matter."""
+    if trial.gain < least:
+        return trial
+    return replace(trial, proof=_again(trial.proof, base, folds))
+
+
+def _again(proof: Proof, base: Array, folds: Folds) -> Proof:
+    """The better of a fit and the same fit begun with another base."""
+    fit, model = proof.fit, proof.fit.model
+    theta = np.concatenate([base, fit.theta[base.size :]])
+    other = model.fit(
+        theta,
+        penalties=fit.penalties,
+        free=moving(fit),
+        rounds=1,
+        iterations=ITERATIONS,
+        tolerance=TOLERANCE,
+    )
+    return prove(other, folds) if other.total < fit.total - WORTH_MOVING else proof
+
+
+def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
+    """The trial held against a model without it, its samples counted as all trials' are.
+
+    The colour of what the best one leaves is nearest to the noise's.
+    """
+    proof = replace(trial.proof, colour=colour)
+    gain = log_gain(before, proof)
+    return replace(trial, proof=proof, gain=gain, chance=chance(gain, trial.parameters))
 
 
 def tried(before: Proof, tangent: Tangent, look: Look, folds: Folds) -> Trial:

@@ -124,17 +124,28 @@ def bare_damper(layout: Layout, t: Tables, rate_hz: float) -> Damper:
     return Damper(static, forward, none, None, np.inf, np.inf, everywhere, everywhere, everywhere)
 
 
-def traced(run: Run, layout: Layout, t: Tables, settings: Settings, like: Trace | None) -> Trace:
-    """The run through tables, filter and effects."""
-    return trace(run, bare_damper(layout, t, 1.0 / run.dt_s), settings=settings, like=like)
+class Dampers:
+    """The bare dampers of a set of tables, one for each rate."""
+
+    def __init__(self, layout: Layout, tables: Tables) -> None:
+        self.layout, self.tables = layout, tables
+        self._made: dict[float, Damper] = {}
+
+    def traced(self, run: Run, settings: Settings, like: Trace | None) -> Trace:
+        """The run through tables, filter and effects."""
+        damper = self._made.get(run.dt_s)
+        if damper is None:
+            damper = self._made[run.dt_s] = bare_damper(self.layout, self.tables, 1.0 / run.dt_s)
+        return trace(run, damper, settings=settings, like=like)
 
 
 def linearise(
-    run: Run, layout: Layout, t: Tables, effects: Effects, theta: Array, factor: int, like: Trace | None
+    run: Run, dampers: Dampers, effects: Effects, theta: Array, factor: int, like: Trace | None
 ) -> tuple[Trace, base.Rows]:
     """The run's trace, and the force's slopes by all parameters, averaged over `factor` samples."""
+    layout, t = dampers.layout, dampers.tables
     settings = effects.settings(theta)
-    here = traced(run, layout, t, settings, like)
+    here = dampers.traced(run, settings, like)
     rate = 1.0 / run.dt_s
     inputs = base.Inputs.of(layout, rate, here.velocity_m_s, here.current_a, here.temperature_c)
     gain = np.ones(run.size)
@@ -176,7 +187,7 @@ def linearise(
         values = _pushed(values, np.zeros((0, 0)), total, total, after)
     if settings[Stage.MOTION]:
         values = _differences(run, layout, t, settings, here, factor, dealt.index)
-    own = _own_slopes(run, layout, t, effects, theta, here, factor)
+    own = _own_slopes(run, dampers, effects, theta, here, factor)
     return here, base.Rows(
         np.concatenate([values, own]),
         np.concatenate([dealt.index, layout.size + np.arange(effects.size)]),
@@ -198,7 +209,7 @@ def _differences(
     for row, k in zip(rows, index, strict=True):
         moved = theta.copy()
         moved[k] += SLOPE_STEP
-        there = traced(run, layout, layout.unpack(moved), settings, here)
+        there = Dampers(layout, layout.unpack(moved)).traced(run, settings, here)
         row[:] = base.averaged(there.force_n - here.force_n, factor) / SLOPE_STEP
     return rows
 
@@ -222,7 +233,7 @@ def _pushed(
 
 
 def _own_slopes(
-    run: Run, layout: Layout, t: Tables, effects: Effects, theta: Array, here: Trace, factor: int
+    run: Run, dampers: Dampers, effects: Effects, theta: Array, here: Trace, factor: int
 ) -> Array:
     """Differences of the force by each effect parameter, away from the nearer bound."""
     _, upper = effects.bounds()
@@ -231,6 +242,6 @@ def _own_slopes(
         small = SLOPE_STEP if theta[k] + SLOPE_STEP <= upper[k] else -SLOPE_STEP
         moved = theta.copy()
         moved[k] += small
-        there = traced(run, layout, t, effects.settings(moved), here)
+        there = dampers.traced(run, effects.settings(moved), here)
         rows[k] = base.averaged(there.force_n - here.force_n, factor) / small
     return rows

@@ -13,8 +13,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-from scipy.linalg import expm
 from scipy.signal import lfilter
 
 from mrctl.model.filters import ORDER, Filter
@@ -43,52 +43,123 @@ def denominator(log_d: Array) -> Array:
 
 def discretise(theta: Array, rate_hz: float) -> tuple[Array, Array]:
     """(b, a), four coefficients each in falling powers of z, of parameters (log d, m) at a rate."""
-    b, a = _discretise(tuple(theta.tolist()), rate_hz)
-    return np.array(b), np.array(a)
+    b, a = _discretise(tuple(theta.tolist()), float(rate_hz))
+    return b.copy(), a.copy()
 
 
 @lru_cache(maxsize=4096)
-def _discretise(theta: tuple[float, ...], rate_hz: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    order = len(theta) // 2
-    if order == 0:
-        return (1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
-    den = denominator(np.array(theta[:order]))
-    m = np.concatenate([np.array(theta[order:])[::-1], [1.0]])  # falling powers, the constant's is 1
-    num = m * den
-    through = num[0]
-    rest = num[1:] - through * den[1:]
-    # Controllable form: the state is the input through 1/den and its derivatives.
-    step = UNIT_RAD_S / rate_hz
-    big = np.zeros((order + 2, order + 2))
-    big[: order - 1, 1:order] = np.eye(order - 1) * step
-    big[order - 1, :order] = -den[1:][::-1] * step
-    big[order - 1, order] = step
-    big[order, order + 1] = 1.0
-    e = expm(big)
-    phi, g1, g2 = e[:order, :order], e[:order, order], e[:order, order + 1]
-    # First-order hold: x' = phi x + (g1 - g2) u + g2 u', carried over to a state without u'.
-    gamma = g1 - g2 + phi @ g2
-    c = rest[::-1]
-    direct = through + float(c @ g2)
-    a = np.real(np.poly(phi))
-    b = np.real(np.poly(phi - np.outer(gamma, c))) + (direct - 1.0) * a
-    b *= a.sum() / b.sum()  # exact unit DC gain, whatever rounding did
-    pad = [0.0] * (ORDER - order)
-    return (*b.tolist(), *pad), (*a.tolist(), *pad)
+def _discretise(theta: tuple[float, ...], rate_hz: float) -> tuple[Array, Array]:
+    b, a = np.zeros(ORDER + 1), np.zeros(ORDER + 1)
+    _hold(np.array(theta, dtype=np.float64), UNIT_RAD_S / rate_hz, b, a)
+    return b, a
 
 
 def coefficient_slopes(theta: Array, rate_hz: float) -> tuple[Array, Array]:
-    """Derivatives of (b, a) by each parameter: two arrays (parameters, 4)."""
-    db, da = np.zeros((theta.size, ORDER + 1)), np.zeros((theta.size, ORDER + 1))
+    """Derivatives of (b, a) by each parameter: two arrays (parameters, 4), not to be changed."""
+    return _slopes(tuple(theta.tolist()), float(rate_hz))
+
+
+@lru_cache(maxsize=256)
+def _slopes(theta: tuple[float, ...], rate_hz: float) -> tuple[Array, Array]:
+    at = np.array(theta, dtype=np.float64)
+    db, da = np.zeros((at.size, ORDER + 1)), np.zeros((at.size, ORDER + 1))
+    _differences(at, UNIT_RAD_S / rate_hz, db, da)
+    return db, da
+
+
+@njit(cache=True)
+def _differences(theta, step, db, da):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    b1, a1, b0, a0 = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
     for k in range(theta.size):
-        h = 1e-5 * max(1.0, abs(theta[k]))
+        h = 1e-4 * max(1.0, abs(theta[k]))
         up, down = theta.copy(), theta.copy()
         up[k] += h
         down[k] -= h
-        b1, a1 = discretise(up, rate_hz)
-        b0, a0 = discretise(down, rate_hz)
+        _hold(up, step, b1, a1)
+        _hold(down, step, b0, a0)
         db[k], da[k] = (b1 - b0) / (2 * h), (a1 - a0) / (2 * h)
-    return db, da
+
+
+@njit(cache=True)
+def _hold(theta, step, b, a):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    """First-order hold over one step, in units of the filter's time; fills b and a (4)."""
+    order = theta.size // 2
+    b[:] = 0.0
+    a[:] = 0.0
+    b[0] = a[0] = 1.0
+    if order == 0:
+        return
+    c = np.exp(theta[:order])
+    den = np.ones(order + 1)  # falling powers
+    if order == 1:
+        den[1] = c[0]
+    elif order == 2:
+        den[1], den[2] = c[0], c[1]
+    else:
+        den[1], den[2], den[3] = c[0] + c[1], c[0] * c[1] + c[2], c[0] * c[2]
+    num = den.copy()
+    for k in range(order):
+        num[k] *= theta[2 * order - 1 - k]
+    # Controllable form: the state is the input through 1/den and its derivatives.
+    big = np.zeros((order + 2, order + 2))
+    for k in range(order - 1):
+        big[k, k + 1] = step
+    for k in range(order):
+        big[order - 1, k] = -den[order - k] * step
+    big[order - 1, order] = step
+    big[order, order + 1] = 1.0
+    e = _exponential(big)
+    phi, g1, g2 = e[:order, :order].copy(), e[:order, order].copy(), e[:order, order + 1].copy()
+    rest = np.empty(order)
+    for k in range(order):
+        rest[k] = num[order - k] - num[0] * den[order - k]
+    # x' = phi x + (g1 - g2) u + g2 u', carried over to a state without u'.
+    gamma = g1 - g2 + phi @ g2
+    direct = num[0] + np.dot(rest, g2)
+    own = _characteristic(phi)
+    fed = _characteristic(phi - np.outer(gamma, rest))
+    top, bottom = 0.0, 0.0
+    for k in range(order + 1):
+        a[k] = own[k]
+        b[k] = fed[k] + (direct - 1.0) * own[k]
+        top += a[k]
+        bottom += b[k]
+    for k in range(order + 1):
+        b[k] *= top / bottom  # exact unit DC gain, whatever rounding did
+
+
+@njit(cache=True)
+def _exponential(x):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    """The exponential of a small matrix: a Taylor series of its 2^-k part, squared k times."""
+    size = 0.0
+    for row in range(x.shape[0]):
+        size = max(size, np.sum(np.abs(x[row])))
+    halvings = 0
+    while size > 0.25:
+        size *= 0.5
+        halvings += 1
+    x = x / 2.0**halvings
+    result = np.eye(x.shape[0])
+    term = np.eye(x.shape[0])
+    for k in range(1, 15):
+        term = term @ x / k
+        result += term
+    for _ in range(halvings):
+        result = result @ result
+    return result
+
+
+@njit(cache=True)
+def _characteristic(x):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    """Coefficients of det(z - x), falling powers (Faddeev and LeVerrier)."""
+    n = x.shape[0]
+    result = np.ones(n + 1)
+    m = np.eye(n)
+    for k in range(1, n + 1):
+        am = x @ m
+        result[k] = -np.trace(am) / k
+        m = am + result[k] * np.eye(n)
+    return result
 
 
 def filtered(b: Array, a: Array, u: Array) -> Array:
@@ -136,10 +207,14 @@ def response(theta: Array, frequencies_hz: Array) -> NDArray[np.complex128]:
 
 def slowest_s(theta: Array) -> float:
     """Time constant in s of the slowest pole; 0 for H = 1."""
-    order = theta.size // 2
-    if order == 0:
+    return _slowest_s(tuple(theta[: theta.size // 2].tolist()))
+
+
+@lru_cache(maxsize=256)
+def _slowest_s(log_d: tuple[float, ...]) -> float:
+    if not log_d:
         return 0.0
-    return float(1.0 / (UNIT_RAD_S * np.min(-np.roots(denominator(theta[:order])).real)))
+    return float(1.0 / (UNIT_RAD_S * np.min(-np.roots(denominator(np.array(log_d))).real)))
 
 
 def as_filter(theta: Array, rate_hz: float) -> Filter:

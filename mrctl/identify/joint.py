@@ -114,8 +114,9 @@ class JointModel:
         if not self.effects.size:
             return [base.force(x, tables) for x in self.inputs]
         settings = self.effects.settings(theta[self.layout.size :])
+        dampers = effects_fit.Dampers(self.layout, tables)
         for k, run in enumerate(self._runs):
-            self._traces[k] = effects_fit.traced(run, self.layout, tables, settings, self._traces[k])
+            self._traces[k] = dampers.traced(run, settings, self._traces[k])
         return [t.force_n for t in self._traces if t is not None]
 
     def errors(self, theta: Array) -> list[Array]:
@@ -142,12 +143,13 @@ class JointModel:
     def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:
         """Record by record: residual (n) and the force's slopes (m, n) by the parameters it sees."""
         tables = self.tables(theta)
+        dampers = effects_fit.Dampers(self.layout, tables)
         for k, record in enumerate(self.records):
             factor = self.factor(record)
             if self.effects.size:
                 at = theta[self.layout.size :]
                 trace, rows = effects_fit.linearise(
-                    self._runs[k], self.layout, tables, self.effects, at, factor, self._traces[k]
+                    self._runs[k], dampers, self.effects, at, factor, self._traces[k]
                 )
                 self._traces[k] = trace
                 force = trace.force_n
@@ -289,6 +291,12 @@ class JointFit:
     def tables(self) -> Tables:
         """The base model's values."""
         return self.model.tables(self.theta)
+
+    @property
+    def total(self) -> float:
+        """Half the weighted square sum, and what the penalties add."""
+        data = self.model.cost(self.theta)
+        return data + sum(0.5 * p.weight * p.excess(self.theta) for p in self.penalties)
 
     @property
     def effect_values(self) -> dict[str, Vector]:

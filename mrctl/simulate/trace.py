@@ -86,17 +86,24 @@ def trace(
     c = stages.coefficients_at(damper.forward_filter, dt)
 
     ce, te, me = by[Stage.CURRENT], by[Stage.TEMPERATURE], by[Stage.MOTION]
-    i = make(Stage.CURRENT, (ce,), lambda: stages.field_current(ce, run.current_a, dt))
-    warm = make(
-        Stage.TEMPERATURE,
-        (te, i, t) if te else (),
-        lambda: stages.fluid_temperature(te, run.temperature_c, run.velocity_m_s, i, t, dt),
-    )
-    v, x = make(
-        Stage.MOTION,
-        (me, i, warm, t) if me else (),
-        lambda: stages.piston_motion(me, run.velocity_m_s, run.displacement_m, i, warm, t, dt),
-    )
+    # A stage without effects hands its input on.
+    i = run.current_a
+    if ce:
+        i = make(Stage.CURRENT, (ce,), lambda: stages.field_current(ce, run.current_a, dt))
+    warm = run.temperature_c
+    if te:
+        warm = make(
+            Stage.TEMPERATURE,
+            (te, i, t),
+            lambda: stages.fluid_temperature(te, run.temperature_c, run.velocity_m_s, i, t, dt),
+        )
+    v, x = run.velocity_m_s, run.displacement_m
+    if me:
+        v, x = make(
+            Stage.MOTION,
+            (me, i, warm, t),
+            lambda: stages.piston_motion(me, run.velocity_m_s, run.displacement_m, i, warm, t, dt),
+        )
     level = make("level", (i, warm, _level_tables(t)), lambda: stages.level(i, warm, t))
     shape = make("shape", (v, t.velocity_m_s, t.shape), lambda: stages.shape(v, t))
     factors = {
@@ -109,9 +116,11 @@ def trace(
         "static", (level, shape, *factors.values()), lambda: _product([level, shape, *factors.values()])
     )
     ye, le, oe = by[Stage.YIELD], by[Stage.LIMIT], by[Stage.OUTPUT]
-    yielded = make(
-        Stage.YIELD, (ye, static, v, x, level), lambda: stages.yielding(ye, static, v, x, level, dt)
-    )
+    yielded = static
+    if ye:
+        yielded = make(
+            Stage.YIELD, (ye, static, v, x, level), lambda: stages.yielding(ye, static, v, x, level, dt)
+        )
     filtered = make("filter", (yielded, c), lambda: stages.filtered(yielded, c, settled=settled))
     additive = {
         e.name: make(
@@ -121,9 +130,14 @@ def trace(
         )
         for e, p in by[Stage.ADDITIVE]
     }
-    total = make("sum", (filtered, *additive.values()), lambda: _sum([filtered, *additive.values()]))
-    limited = make(Stage.LIMIT, (le, total, v, x), lambda: stages.limited(le, total, v, x, dt))
-    force = make(Stage.OUTPUT, (oe, limited), lambda: stages.measured(oe, limited, dt))
+    total = limited = force = filtered
+    if additive:
+        total = make("sum", (filtered, *additive.values()), lambda: _sum([filtered, *additive.values()]))
+        limited = force = total
+    if le:
+        limited = force = make(Stage.LIMIT, (le, total, v, x), lambda: stages.limited(le, total, v, x, dt))
+    if oe:
+        force = make(Stage.OUTPUT, (oe, limited), lambda: stages.measured(oe, limited, dt))
     return Trace(
         run, settled, i, warm, v, x, level, shape, factors, static, yielded, filtered, additive, total,
         limited, force, make.made,
@@ -165,8 +179,6 @@ def _product(arrays: list[Array]) -> Array:
 
 
 def _sum(arrays: list[Array]) -> Array:
-    if len(arrays) == 1:
-        return arrays[0]
     out = arrays[0] + arrays[1]
     for force in arrays[2:]:
         out += force
