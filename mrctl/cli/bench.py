@@ -20,10 +20,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `mrctl bench`."""
     parser.add_argument(
         "what",
-        choices=["tick", "lateness", "c-tick", "replay"],
+        choices=["tick", "lateness", "c-tick", "replay", "lms"],
         help="tick: one control tick against python-can + cantools + numpy; lateness: waking up against "
         "cyclictest; c-tick: the tick against the same compiled in C; replay: a log against python-can's "
-        "reader with cantools",
+        "reader with cantools; lms: the adaptive filter of `identify --method paper` against padasip's",
     )
     parser.add_argument(
         "-c", "--config", metavar="FILE", help="configuration (default: four dampers in a car)"
@@ -42,20 +42,22 @@ examples:
   mrctl bench lateness --seconds 60
   mrctl bench c-tick
   mrctl bench replay
+  mrctl bench lms
 """
 
 
 def run(args: argparse.Namespace) -> int:
     """Measure and print."""
-    config = load_config(args.config or share_file("config/vehicle.yaml"))
-    result = {
-        "dampers": len(config.dampers),
-        "rate_hz": config.loop.rate_hz,
-        "machine": f"{platform.python_implementation()} {platform.python_version()}, {platform.machine()}",
-    }
-    figures, text = {"tick": _tick, "lateness": _lateness, "c-tick": _c_tick, "replay": _replay}[args.what](
-        config, args
-    )
+    machine = f"{platform.python_implementation()} {platform.python_version()}, {platform.machine()}"
+    result: dict[str, Any] = {"machine": machine}
+    if args.what == "lms":
+        figures, text = _lms()
+    else:
+        config = load_config(args.config or share_file("config/vehicle.yaml"))
+        result |= {"dampers": len(config.dampers), "rate_hz": config.loop.rate_hz}
+        sides = {"tick": _tick, "lateness": _lateness, "c-tick": _c_tick, "replay": _replay}
+        figures, text = sides[args.what](config, args)
+        machine = f"{len(config.dampers)} dampers; {machine}"
     result |= figures
     if args.json:
         written = json.dumps(result, indent=2) + "\n"
@@ -63,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
             print(written, end="")
             return 0
         Path(args.json).write_text(written, encoding="utf-8")
-    print(f"{result['dampers']} dampers; {result['machine']}")
+    print(machine)
     print(text)
     return 0
 
@@ -120,3 +122,28 @@ def _replay(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], s
     figures = {"frames": cost.frames, "seconds": cost.seconds, "cpu_s": cost.cpu_s}
     heads = ["", "a frame, µs", "× real time", "times mrctl replay"]
     return {"replay": figures}, table(heads, rows, title=title)
+
+
+def _lms() -> tuple[dict[str, Any], str]:
+    from mrctl.bench.lms import lms_rows, measure_lms  # noqa: PLC0415  # numba, which no other side needs
+
+    rounds = 3
+    with Progress("turns", rounds) as progress:
+        cost = measure_lms(rounds, progress.advance)
+    title = f"one run of {cost.samples} samples, {cost.taps} taps, the same data and step on both sides"
+    text = table(*lms_rows(cost), title=title)
+    figures = {
+        "samples": cost.samples,
+        "taps": cost.taps,
+        "pass_s": cost.pass_s,
+        "padasip_pass_s": cost.padasip_pass_s,
+        "times_faster": cost.times_faster,
+        "passes": cost.passes,
+        "passes_s": cost.passes_s,
+        "padasip_passes_s": cost.padasip_passes_s,
+        "difference": cost.difference,
+        "largest": cost.largest,
+    }
+    words = f"largest difference of a coefficient: {cost.difference:.2g}, of {cost.largest:.2g}"
+    guess = f"padasip's {cost.passes} passes are its one pass times {cost.passes}; mrctl's are measured"
+    return {"lms": figures}, f"{text}\n{words}\n{guess}"
