@@ -29,15 +29,21 @@ def make_decoder(spec: FrameSpec) -> Decoder:
     The payload must be `spec.length` bytes (the caller has checked that, and the CRC). A signal that says
     "not available" gives NaN; a value outside minimum and maximum is given as it is.
     """
-    values = [_decoding(signal, f"r{i}", spec.length) for i, signal in enumerate(spec.signals)]
-    lines = ["def decode(data):"]
-    if any(not signal.big_endian for signal in spec.signals):
-        lines.append("    little = from_bytes(data, 'little')")
-    if any(signal.big_endian for signal in spec.signals):
-        lines.append("    big = from_bytes(data, 'big')")
+    words, values = decoding_source(spec)
+    lines = ["def decode(data):", *(f"    {line}" for line in words)]
     lines.append(f"    return ({''.join(f'{value}, ' for value in values)})")
-    decoder: Decoder = _compiled(lines, "decode", spec, {})
+    decoder: Decoder = code_of("\n".join(lines), "decode", spec, {})
     return decoder
+
+
+def decoding_source(spec: FrameSpec) -> tuple[list[str], list[str]]:
+    """The decoder's source: statements that make words of `data`, and one expression for each signal."""
+    words = []
+    if any(not signal.big_endian for signal in spec.signals):
+        words.append("little = from_bytes(data, 'little')")
+    if any(signal.big_endian for signal in spec.signals):
+        words.append("big = from_bytes(data, 'big')")
+    return words, [_decoding(signal, f"r{i}", spec.length) for i, signal in enumerate(spec.signals)]
 
 
 def make_encoder(spec: FrameSpec) -> Encoder:
@@ -46,28 +52,36 @@ def make_encoder(spec: FrameSpec) -> Encoder:
     Values saturate to the signal's range, infinities too. NaN becomes "not available"; a signal that has no
     such value gets its value closest to 0, which for a current is the safe one.
     """
+    return _encoder(spec, [_encoding(signal, f"v{i}") for i, signal in enumerate(spec.signals)])
+
+
+def make_raw_encoder(spec: FrameSpec) -> Encoder:
+    """As make_encoder, from raw values, which must be whole and lie within raw_minimum and raw_maximum."""
+    return _encoder(spec, [f"v{i}" for i in range(len(spec.signals))])
+
+
+def _encoder(spec: FrameSpec, raws: Sequence[str]) -> Encoder:
+    """The encoder with an expression of v0, v1, ... for each signal's raw value."""
     length = spec.length
     lines = ["def encode(values, counter):"]
     if spec.signals:
         lines.append(f"    {''.join(f'v{i}, ' for i in range(len(spec.signals)))} = values")
-    lines.append(f"    little = {int.from_bytes(spec.background, 'little'):#x}")
-    if any(signal.big_endian for signal in spec.signals):
-        lines.append("    big = 0")
-    for i, signal in enumerate(spec.signals):
-        word = "big" if signal.big_endian else "little"
+    lines.append("    counter &= 0xf")
+    words = {"little": [f"{int.from_bytes(spec.background, 'little') & ~0xFFF:#x} | counter << 8"], "big": []}
+    for signal, raw in zip(spec.signals, raws, strict=True):
         # In the background the signal's bits are 0.
-        raw = f"({_encoding(signal, f'v{i}')})" + (f" & {signal.mask:#x}" if signal.signed else "")
-        lines.append(f"    {word} |= ({raw}) << {signal.shift(length)}")
-    if any(signal.big_endian for signal in spec.signals):
-        lines.append(f"    little |= from_bytes(big.to_bytes({length}, 'big'), 'little')")
+        bits = f"(({raw}) & {signal.mask:#x})" if signal.signed else f"({raw})"
+        words["big" if signal.big_endian else "little"].append(f"{bits} << {signal.shift(length)}")
+    if words["big"]:
+        lines.append(f"    big = {' | '.join(words['big'])}")
+        words["little"].append(f"from_bytes(big.to_bytes({length}, 'big'), 'little')")
     lines += [
-        "    counter &= 0xf",
-        f"    little = little & {~0xFFF:#x} | counter << 8",
-        f"    data = little.to_bytes({length}, 'little')",
-        "    return byte[crc(data, data_ids[counter])] + data[1:]",
+        f"    data = ({' | '.join(words['little'])}).to_bytes({length}, 'little')",
+        *(f"    {line}" for line in crc_source(length, "counter")),
+        "    return byte[crc] + data[1:]",
     ]
-    names = {"crc": e2e.crc, "data_ids": spec.data_ids, "byte": [bytes([value]) for value in range(256)]}
-    encoder: Encoder = _compiled(lines, "encode", spec, names)
+    names = {"byte": [bytes([value]) for value in range(256)]}
+    encoder: Encoder = code_of("\n".join(lines), "encode", spec, names)
     return encoder
 
 
@@ -121,9 +135,29 @@ def _encoding(signal: SignalSpec, name: str) -> str:
     )
 
 
-def _compiled(lines: list[str], name: str, spec: FrameSpec, names: dict[str, Any]) -> Any:  # noqa: ANN401  # new
-    scope = {"from_bytes": int.from_bytes, "nan": _NAN, **names}
-    code = compile("\n".join(lines), f"<{name} {spec.name}>", "exec")
+def crc_source(length: int, counter: str) -> list[str]:
+    """Statements that work out `crc` for `data` with this counter: e2e.crc, unrolled for most frames."""
+    if length != 8:
+        return [f"crc = crc_of(data, data_ids[{counter}])"]
+    remainder = "0xff"
+    for k in range(1, length):
+        remainder = f"table[{remainder} ^ b{k}]"
+    names = ", ".join(f"b{k}" for k in range(length))
+    return [f"{names} = data", f"crc = table[{remainder} ^ data_ids[{counter}]] ^ 0xff"]
+
+
+def code_of(source: str, name: str, spec: FrameSpec, names: dict[str, Any]) -> Any:  # noqa: ANN401  # new
+    """What `source`, made of numbers and the names known here, defines as `name`, for a frame."""
+    scope = {
+        "from_bytes": int.from_bytes,
+        "nan": _NAN,
+        "inf": math.inf,
+        "crc_of": e2e.crc,
+        "table": e2e.CRC8_2F,
+        "data_ids": spec.data_ids,
+        **names,
+    }
+    code = compile(source, f"<{name} {spec.name}>", "exec")
     exec(code, scope)  # noqa: S102  # the source is made here, of numbers only; no text of the DBC gets in
     return scope[name]
 

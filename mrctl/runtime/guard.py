@@ -14,7 +14,7 @@ CURRENT_BOUND_A = 1e6  # beyond it a number is too large to be worked with
 class OutputGuard:
     """Guards the current command of one damper."""
 
-    __slots__ = ("_fallback", "_maximum", "_step", "_unit_a", "raw")
+    __slots__ = ("_fallback", "_step", "_unit_a", "maximum", "raw")
 
     def __init__(
         self, current_max_a: float, slew_a_s: float, dt_s: float, fallback_a: float, unit_a: float
@@ -24,9 +24,9 @@ class OutputGuard:
         Raises ValueError when the slew limit is less than a count a tick: the current could never move.
         """
         self._unit_a = unit_a
-        self._maximum = math.floor(current_max_a / unit_a + 1e-9)
+        self.maximum = math.floor(current_max_a / unit_a + 1e-9)
         self._step = math.floor(slew_a_s * dt_s / unit_a + 1e-9)
-        self._fallback = min(self._maximum, max(0, round(fallback_a / unit_a)))
+        self._fallback = min(self.maximum, max(0, round(fallback_a / unit_a)))
         if self._step < 1:
             raise ValueError(
                 f"a slew limit of {slew_a_s:g} A/s moves less than {unit_a:g} A in {dt_s:g} s; raise it"
@@ -41,7 +41,7 @@ class OutputGuard:
         """
         if made_in == now and 0.0 <= current_a <= CURRENT_BOUND_A:  # not so for NaN
             wanted = round(current_a / self._unit_a)
-            if wanted <= self._maximum and -self._step <= wanted - self.raw <= self._step:
+            if wanted <= self.maximum and -self._step <= wanted - self.raw <= self._step:
                 self.raw = wanted
                 return wanted * self._unit_a, False
         return self._step_in(current_a, trusted=made_in == now and math.isfinite(current_a))
@@ -52,6 +52,6 @@ class OutputGuard:
         if trusted:
             wanted = round(min(max(current_a, -CURRENT_BOUND_A), CURRENT_BOUND_A) / self._unit_a)
         low = max(0, self.raw - self._step)
-        high = min(self._maximum, self.raw + self._step)
+        high = min(self.maximum, self.raw + self._step)
         self.raw = min(max(wanted, low), high)
         return self.raw * self._unit_a, not trusted or abs(self.raw - wanted) > 1

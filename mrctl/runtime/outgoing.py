@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from mrctl.can.codec import make_encoder
+from mrctl.can.codec import Encoder, make_encoder
 from mrctl.can.specs import FrameSpec
 
 Frame = tuple[int, bytes]  # CAN ID with the flag bits of Linux, payload
@@ -43,9 +43,14 @@ class Sender:
 
     __slots__ = ("_counter", "_encode", "_every", "_id", "next")
 
-    def __init__(self, spec: FrameSpec, every: int, first: int | None = None) -> None:
-        """every: ticks from one to the next; first: the tick of the first, `every` if left out."""
-        self._encode = make_encoder(spec)
+    def __init__(
+        self, spec: FrameSpec, every: int, first: int | None = None, encode: Encoder | None = None
+    ) -> None:
+        """every: ticks from one to the next; first: the tick of the first, `every` if left out.
+
+        encode: where the values are none that the spec's own encoder takes.
+        """
+        self._encode = encode or make_encoder(spec)
         self._id = spec.linux_id
         self._every = every
         self.next = every if first is None else first  # the tick when the next is due

@@ -11,9 +11,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from mrctl.can.codec import make_encoder, make_raw_encoder
 from mrctl.can.frames import CAUSE_CODE, State
 from mrctl.can.specs import ERROR_FLAG, FD_FLAG, REMOTE_FLAG, FrameSpec
 from mrctl.runtime.channel import Channel, ChannelRules, Fault
+from mrctl.runtime.compiled import receiver_kind
 from mrctl.runtime.corner import Corner, CornerPlan
 from mrctl.runtime.guard import OutputGuard
 from mrctl.runtime.outgoing import Frame, LoopFigures, Sender, SlowFrames
@@ -98,8 +100,9 @@ class Tick:
             for of_corner in roles
         ]
         self.corners = tuple(Corner(c, own, dt) for c, own in zip(plan.corners, channels, strict=True))
-        self.receivers = {
-            spec.linux_id: FrameReceiver(
+        make_receiver = receiver_kind()
+        self.receivers: dict[int, FrameReceiver] = {
+            spec.linux_id: make_receiver(
                 spec,
                 [[channels[c][role] for c, role in of_signal] for of_signal in signals],
                 self.rejected,
@@ -114,9 +117,17 @@ class Tick:
         self._guarded_corners = tuple(
             (k, *pair) for k, pair in enumerate(zip(self.corners, self.guards, strict=True))
         )
-        self._issued = [0.0] * len(plan.corners)  # the currents that may leave, in A
         self.guarded = [False] * len(plan.corners)  # since the last state frame
-        self._command = Sender(plan.command, plan.command_every)
+        # A guard's count is the frame's own where signal and guard count alike.
+        self._unit_a = unit
+        self._in_counts = all(
+            (signal.factor, signal.offset) == (unit, 0.0)
+            and signal.raw_minimum <= 0
+            and guard.maximum <= signal.raw_maximum
+            for signal, guard in zip(plan.command.signals, self.guards, strict=True)
+        )
+        encode = make_raw_encoder(plan.command) if self._in_counts else make_encoder(plan.command)
+        self._command = Sender(plan.command, plan.command_every, encode=encode)
         self._slow = SlowFrames(
             (plan.state, plan.state_every),
             (plan.health, plan.health_every),
@@ -158,11 +169,11 @@ class Tick:
             off = "BUS_SILENT"
             self._init_until = now + self._init_ticks  # once the bus is back, its signals must show first
         starting = now <= self._init_until
-        states, issued = self._states, self._issued
+        states = self._states
         for index, corner, guard in self._guarded_corners:
             wanted = corner.step(now, periods, starting, off)
-            issued[index], stepped_in = guard.apply(wanted, corner.made_in, now)
-            corner.issued(issued[index])
+            issued_a, stepped_in = guard.apply(wanted, corner.made_in, now)
+            corner.issued(issued_a)
             if stepped_in:
                 self.guarded[index] = True
             if corner.state is not states[index]:
@@ -183,8 +194,10 @@ class Tick:
     def _frames_out(self, now: int, figures: LoopFigures | None) -> list[Frame]:
         out = []
         if now >= self._command.next:
-            out.append(self._command.frame(now, self._issued))
-            self.at_rest = not any(self._issued)
+            counts = [guard.raw for guard in self.guards]
+            values = counts if self._in_counts else [count * self._unit_a for count in counts]
+            out.append(self._command.frame(now, values))
+            self.at_rest = not any(counts)
         if now >= self._slow.next:
             out += self._slow.due(now, figures or LoopFigures())
         return out

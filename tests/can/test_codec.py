@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrctl.can import e2e
-from mrctl.can.codec import crosscheck, make_decoder, make_encoder
+from mrctl.can.codec import crosscheck, make_decoder, make_encoder, make_raw_encoder
 from mrctl.can.database import load_database
 from mrctl.can.dbc_file import DbcFile
 from mrctl.can.specs import FrameSpec
@@ -60,6 +60,14 @@ def test_every_value_comes_back_exactly_and_the_frame_is_protected(name: str) ->
         assert len(frame) == 8
         assert e2e.counter_of(frame) == step % 16
         assert e2e.check(frame, spec.data_ids)
+
+
+@given(st.sampled_from(sorted(FRAMES)), st.data(), st.integers(0, 99))
+def test_raw_values_encode_as_the_values_they_stand_for(name: str, data: st.DataObject, counter: int) -> None:
+    spec = FRAMES[name]
+    raws = [data.draw(st.integers(signal.raw_minimum, signal.raw_maximum)) for signal in spec.signals]
+    values = [raw * s.factor + s.offset for raw, s in zip(raws, spec.signals, strict=True)]
+    assert make_raw_encoder(spec)(raws, counter) == make_encoder(spec)(values, counter)
 
 
 @pytest.mark.parametrize("name", sorted(FRAMES))
