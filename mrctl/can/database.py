@@ -9,6 +9,7 @@ bytes in hex, or one that holds for all counters.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -46,9 +47,15 @@ def load_database(
             specs[name] = spec
     if dbc.problems:
         raise InputError(dbc.problems)
-    for name, spec in specs.items():
-        codec.crosscheck(spec, messages[name])
+    for spec in specs.values():
+        _crosscheck(spec, dbc.text)
     return specs
+
+
+@lru_cache(maxsize=64)
+def _crosscheck(spec: FrameSpec, text: str) -> None:
+    """Hold the codec of a frame against cantools, once. Raises MrctlError when they disagree."""
+    codec.crosscheck(spec, DbcFile("", text).messages()[spec.name])
 
 
 def _payload(message: Any) -> list[str]:  # noqa: ANN401  # cantools has no types

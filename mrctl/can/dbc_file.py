@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,14 @@ _CANTOOLS_ERRORS = (
     TypeError,
     AttributeError,
 )
+
+
+@lru_cache(maxsize=4)
+def _parsed(text: str) -> tuple[Any, ...]:
+    """The cantools messages of a DBC, in its order. Kept: a start asks for them several times."""
+    database = cantools.database.Database(strict=True)
+    database.add_dbc_string(text)
+    return tuple(database.messages)
 
 
 @dataclass
@@ -66,9 +75,8 @@ class DbcFile:
 
     def messages(self) -> dict[str, Any]:
         """The cantools messages by name. Raises InputError where cantools cannot read the file."""
-        database = cantools.database.Database(strict=True)
         try:
-            database.add_dbc_string(self.text)
+            messages = _parsed(self.text)
         except textparser.ParseError as error:
             what = f"is not DBC at column {error.column}"
             raise InputError.at(
@@ -81,7 +89,7 @@ class DbcFile:
             ) from error
         by_name: dict[str, Any] = {}
         by_id: dict[tuple[int, bool], str] = {}
-        for message in database.messages:
+        for message in messages:
             key = (message.frame_id, message.is_extended_frame)
             if message.name in by_name:
                 self.report(f"frame {message.name} stands there twice", "keep one", message.name)

@@ -10,10 +10,11 @@ of up to three bits in 8 bytes (0x1D, as in profiles 1 and 11, misses 198 of 41,
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
-COUNTERS = 16
+COUNTERS: Final = 16
 """Values of the counter, and so data IDs of a frame."""
-_POLYNOMIAL = 0x2F
+_POLYNOMIAL: Final = 0x2F
 
 
 def _crc_of_byte(byte: int) -> int:
@@ -22,7 +23,7 @@ def _crc_of_byte(byte: int) -> int:
     return byte
 
 
-CRC8_2F = tuple(_crc_of_byte(byte) for byte in range(256))  # no bytes: Python looks up a tuple faster
+CRC8_2F: Final = tuple(_crc_of_byte(byte) for byte in range(256))  # no bytes: Python looks up a tuple faster
 
 
 def crc(data: Sequence[int], data_id: int) -> int:

@@ -20,23 +20,24 @@ from collections.abc import Iterator, Sequence
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
+from typing import Final
 
 from mrctl.can.specs import ERROR_FLAG, EXTENDED_FLAG, FD_FLAG, REMOTE_FLAG
 from mrctl.errors import InputError
 from mrctl.replay.gunzip import Gunzip
 from mrctl.replay.rows import NANOSECONDS, Part
 
-BYTES_PER_PART = 1 << 17
-STAMP_FORMS = ("auto", "absolute", "delta")
+BYTES_PER_PART: Final = 1 << 17
+STAMP_FORMS: Final = ("auto", "absolute", "delta")
 
 # Stamps below it are no dates: 11 days after 1970.
-_ABSOLUTE_FROM_NS = 1_000_000 * NANOSECONDS
+_ABSOLUTE_FROM_NS: Final = 1_000_000 * NANOSECONDS
 # Stamps that are looked at to tell which kind they are, and the fall against the rise that tells it.
-_STAMPS_LOOKED_AT = 500
-_FALL_OF_DELTAS = 0.5
-_PLACES_KEPT = 1 << 16
+_STAMPS_LOOKED_AT: Final = 500
+_FALL_OF_DELTAS: Final = 0.5
+_PLACES_KEPT: Final = 1 << 16
 
-_LINE = re.compile(
+_LINE: Final = re.compile(
     r"\s*\((?P<time>[^)]*)\)\s+(?P<bus>\S+)\s+(?:[RT]X\s+(?:[-BE]\s+){2})?(?:"
     r"(?P<id>[0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#(?P<fd>#[0-9A-Fa-f])?"
     r"(?:(?P<remote>[Rr][0-9A-Fa-f]?)|(?P<data>(?:[0-9A-Fa-f]{2}\.?)*))(?:_[0-9A-Fa-f])?(?:\s+[RT])?|"
@@ -44,7 +45,7 @@ _LINE = re.compile(
     r"\s+(?P<cremote>remote request)|(?P<cdata>(?:\s+[0-9A-Fa-f]{2})*))(?:\s+(?:'.*'?|ERRORFRAME))?"
     r")\s*"
 )
-_SECONDS = re.compile(r"(\d{1,12})(?:\.(\d{1,9}))?")
+_SECONDS: Final = re.compile(r"(\d{1,12})(?:\.(\d{1,9}))?")
 
 
 class CandumpReader:

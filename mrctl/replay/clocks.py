@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 from mrctl.can import e2e
 from mrctl.replay.differences import Differences
@@ -22,9 +23,9 @@ from mrctl.replay.source import Frames
 from mrctl.runtime.tick import Frame
 
 # So long without a command in the log, the controller that recorded them is taken for gone.
-GONE_AFTER_NS = 5 * NANOSECONDS
+GONE_AFTER_NS: Final = 5 * NANOSECONDS
 # How fast two clocks may drift apart; NTP slews by half of it.
-_DRIFT = 1e-3
+_DRIFT: Final = 1e-3
 
 
 def run_on_grid(parts: Iterable[Frames], player: Player, differences: Differences, start_ns: int) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from typing import Final
 
 from mrctl.can.frames import State
 from mrctl.can.ports import FRAMES_PER_CALL
 from mrctl.runtime.tick import Frame, LoopFigures, StateChange, Tick, TickPlan
 
-CHANGES_KEPT = 200
+CHANGES_KEPT: Final = 200
 
 Writer = Callable[[int, Sequence[Frame]], None]
 Observer = Callable[[int, Tick], None]

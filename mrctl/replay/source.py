@@ -29,10 +29,10 @@ ORDER_WINDOW_NS: Final = 20_000_000
 GAP_MAX_NS: Final = 60 * NANOSECONDS
 
 # Rows that are looked at to choose the interface.
-_PEEK_ROWS = 4000
+_PEEK_ROWS: Final = 4000
 # Kinds of error frames that a live port asks the kernel for.
-_ERRORS_TOLD = linux.ERR_CONTROLLER | linux.ERR_BUS_OFF | linux.ERR_RESTARTED
-_PLAIN_ID = EXTENDED_FLAG | 0x1FFFFFFF
+_ERRORS_TOLD: Final = linux.ERR_CONTROLLER | linux.ERR_BUS_OFF | linux.ERR_RESTARTED
+_PLAIN_ID: Final = EXTENDED_FLAG | 0x1FFFFFFF
 
 Frames = list[tuple[int, int, bytes]]
 """Time in ns, CAN ID with flags, payload."""

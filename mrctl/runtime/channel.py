@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Final
 
 
 class Fault(IntEnum):
@@ -21,10 +22,10 @@ class Fault(IntEnum):
     FROZEN = 8  # on the bus as RATE
 
 
-NONE = Fault.NONE
+NONE: Final = Fault.NONE
 # Below this share of its range, a value may stay the same for as long as it likes: the car stands.
-AT_REST_SHARE = 0.01
-NEVER = -(1 << 60)  # a tick so long ago that every time-out has passed since
+AT_REST_SHARE: Final = 0.01
+NEVER: Final = -(1 << 60)  # a tick so long ago that every time-out has passed since
 
 
 @dataclass(frozen=True, slots=True)

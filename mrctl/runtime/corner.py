@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 from mrctl.can.frames import State
 from mrctl.control.anticipation import Anticipation
@@ -23,17 +23,22 @@ from mrctl.control.base import ForceLaw, Motion
 from mrctl.control.body_velocity import BodyVelocityEstimator
 from mrctl.control.maps import CurrentMap
 from mrctl.model.damper import Span
+from mrctl.model.inverse import InverseModel
 from mrctl.model.pipeline import InversePipeline
 from mrctl.model.static_inverse import WITHIN
 from mrctl.runtime.channel import Channel, Fault
 
-INIT, ACTIVE, SUBSTITUTE, LIMP, OFF = State
-_BEFORE_ACTIVE = frozenset({INIT, OFF})
-START_UP = ("START_UP", Fault.NONE)
-WELL = ("NONE", Fault.NONE)
+INIT: Final = State.INIT
+ACTIVE: Final = State.ACTIVE
+SUBSTITUTE: Final = State.SUBSTITUTE
+LIMP: Final = State.LIMP
+OFF: Final = State.OFF
+_BEFORE_ACTIVE: Final = frozenset({INIT, OFF})
+START_UP: Final = ("START_UP", Fault.NONE)
+WELL: Final = ("NONE", Fault.NONE)
 
 # Skipped periods that the filters are stepped through; a longer gap is started afresh.
-CATCH_UP_MAX = 50
+CATCH_UP_MAX: Final = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +84,7 @@ class Corner:
         "_displacement",
         "_estimator",
         "_hottest_c",
+        "_inverse",
         "_law",
         "_limp_a",
         "_look_ahead",
@@ -124,8 +130,8 @@ class Corner:
             self._acceleration = channels["body_acceleration"]
             self._body = _Held()
         self._look_ahead = plan.anticipation_s > 0.0
-        self._velocity_ahead = Anticipation(plan.anticipation_s, dt_s).step
-        self._body_ahead = Anticipation(plan.anticipation_s, dt_s).step
+        self._velocity_ahead = Anticipation(plan.anticipation_s, dt_s)
+        self._body_ahead = Anticipation(plan.anticipation_s, dt_s)
         self._motion = Motion(0.0, 0.0, 0.0)
         self._law, self._substitute_law = plan.law, plan.substitute_law
         self._slew_step = plan.slew_a_s * dt_s
@@ -143,6 +149,8 @@ class Corner:
     def recalibrate(self, current_map: CurrentMap, temperature_valid_c: Span) -> None:
         """Command through another current map from the next tick on; the current goes on from where it is."""
         self._map = current_map
+        # The map of nearly all: called straight, where this is compiled.
+        self._inverse = current_map if type(current_map) is InverseModel else None
         self._command: Callable[[float, float, float], float] = current_map.step
         if isinstance(current_map, InversePipeline):  # a damper with effects, some of which want its stroke
             stroke, with_stroke = self._displacement, current_map.step
@@ -194,7 +202,10 @@ class Corner:
     def issued(self, current_a: float) -> None:
         """What the output guard let through: the next step starts from there."""
         self.current_a = current_a
-        self._map.current_a = current_a
+        if self._inverse is None:
+            self._map.current_a = current_a
+        else:
+            self._inverse.current_a = current_a
 
     def _judge(self, now: int, starting: bool, off: str | None) -> None:  # noqa: FBT001  # hot
         """State and cause from what the signals are worth now."""
@@ -216,7 +227,7 @@ class Corner:
         motion, law = self._motion, self._law
         velocity, body = self._velocity.value, self._body.value
         if self._look_ahead:
-            velocity, body = self._velocity_ahead(velocity), self._body_ahead(body)
+            velocity, body = self._velocity_ahead.step(velocity), self._body_ahead.step(body)
         motion.relative_velocity_m_s = velocity
         motion.body_velocity_m_s = body
         motion.temperature_c = temperature = self._temperature.value
@@ -231,11 +242,15 @@ class Corner:
             current_map.reset(wish, self.current_a)
             self._running = True
             periods = 1
-        wanted = self._command(wish, velocity, temperature)
+        inverse, command = self._inverse, self._command
         while periods > 1:  # skipped periods too, so that the filters stay in step with time
-            wanted = self._command(wish, velocity, temperature)
+            command(wish, velocity, temperature)
             periods -= 1
+        if inverse is None:
+            wanted, reach = command(wish, velocity, temperature), current_map.reach
+        else:
+            wanted, reach = inverse.step(wish, velocity, temperature), inverse.reach
         self.wish_n = wish
-        self.saturated = current_map.reach is not WITHIN
+        self.saturated = reach is not WITHIN
         self.clamped = not self._coldest_c <= temperature <= self._hottest_c
         return wanted

@@ -7,8 +7,9 @@ leaves is a whole number of counts, in range, within the slew limit of what left
 from __future__ import annotations
 
 import math
+from typing import Final
 
-CURRENT_BOUND_A = 1e6  # beyond it a number is too large to be worked with
+CURRENT_BOUND_A: Final = 1e6  # beyond it a number is too large to be worked with
 
 
 class OutputGuard:

@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
 from mrctl.can import e2e
-from mrctl.can.codec import make_decoder
+from mrctl.can.reader import SignalReader
 from mrctl.can.specs import FrameSpec
 from mrctl.runtime.channel import NONE, Channel, Fault
 
 # A step of the counter up to this is frames lost on the way; beyond it the frame is old or masqueraded.
-COUNTER_STEP_MAX = 5
+COUNTER_STEP_MAX: Final = 5
 
 
 class FrameReceiver:
     """Takes the payloads of one CAN ID. `channels`: any number for each signal, in the frame's order."""
 
-    __slots__ = ("_counter", "_data_ids", "_decode", "_length", "_rejected", "channels", "cycle", "spec")
+    __slots__ = ("_counter", "_data_ids", "_length", "_readers", "_rejected", "channels", "cycle", "spec")
 
     def __init__(
         self, spec: FrameSpec, channels: Sequence[Sequence[Channel]], rejected: Counter[str], dt_s: float
@@ -29,7 +30,7 @@ class FrameReceiver:
         self.spec = replace(spec, signals=tuple(signal for signal, _ in pairs))
         self.channels = tuple(channel for _, channel in pairs)
         self.cycle = 1 if spec.cycle_s is None else max(1, round(spec.cycle_s / dt_s))  # in ticks
-        self._decode = make_decoder(self.spec)
+        self._readers = tuple((SignalReader(s, spec.length), channel) for s, channel in pairs)
         self._data_ids = spec.data_ids
         self._length = spec.length
         self._counter: int | None = None
@@ -48,8 +49,8 @@ class FrameReceiver:
         self._counter = counter
         if step > COUNTER_STEP_MAX:  # the next frame in order is accepted again
             return self.refuse(Fault.COUNTER)
-        for value, channel in zip(self._decode(data), self.channels, strict=True):
-            self.judge(channel, value, now, step)
+        for reader, channel in self._readers:
+            self.judge(channel, reader.read(data), now, step)
         return True
 
     def judge(self, channel: Channel, value: float, now: int, step: int) -> None:

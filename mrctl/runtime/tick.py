@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from mrctl.can.codec import make_encoder, make_raw_encoder
 from mrctl.can.frames import CAUSE_CODE, State
@@ -31,9 +31,9 @@ CAUSE_SOURCE = {
     "temperature": "CASE_TEMPERATURE",
     "force_wish": "FORCE_WISH",
 }
-_NEAREST = (("_FROZEN", "_RATE"), ("DISPLACEMENT_", "RELATIVE_VELOCITY_"))
+_NEAREST: Final = (("_FROZEN", "_RATE"), ("DISPLACEMENT_", "RELATIVE_VELOCITY_"))
 # The bus has no code for "nobody there": to its readers, the first input is missing.
-_SILENT_CODE = CAUSE_CODE["RELATIVE_VELOCITY_MISSING"]
+_SILENT_CODE: Final = CAUSE_CODE["RELATIVE_VELOCITY_MISSING"]
 
 
 class StateChange(NamedTuple):
