@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.extend import extend
-from mrctl.identify.paper.prepare import Preparation
-from mrctl.measurements.run import Campaign, Run
+from mrctl.identify.paper.validation import Retraced
+from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
 from mrctl.model.effects.registry import effect
 from mrctl.model.pipeline import ForwardPipeline, InversePipeline
 from mrctl.simulate import simulate
+from mrctl.verify.signals import Signals
 
 Array = NDArray[np.float64]
 
@@ -22,51 +24,62 @@ EFFECTS = ("off_state_backbone", "gas_spring")  # the off state's own shape, and
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Best:
-    """Each (runs): percent of the largest force, forwards, and to the inverse and back; mean current."""
+    """Each (runs): percent of the largest force, forwards, and to the inverse and back.
+
+    runs: the kept samples of each, through the inverse and back; asked_a: the current of the whole run.
+    filtered_percent, filtered_mean_a: the same from the force after the published method's low-pass.
+    """
 
     damper: Damper
     forward_percent: Array
     returned_percent: Array
-    mean_current_a: Array
+    filtered_percent: Array
+    filtered_mean_a: Array
+    runs: tuple[Retraced, ...]
+    asked_a: tuple[Array, ...]
 
 
-def best_of(campaign: Campaign, preparation: Preparation) -> Best:
-    """Fit with the effects, then judge every run that the preparation kept.
+def best_of(campaign: Campaign, signals: Sequence[Signals]) -> Best:
+    """Fit with the effects, then judge every run that the published method kept.
 
-    Forwards against the force as measured, which is what was fitted; back against the filtered one, the wish.
+    Forwards and back against the force as measured, which is what was fitted.
     """
-    found = extend(campaign, (), [effect(name) for name in EFFECTS])
-    forward, returned, current = [], [], []
-    for record in preparation.records:
-        run = campaign.runs[record.run]
-        model = simulate(
-            found.damper,
-            run.dt_s,
-            run.velocity_m_s,
-            run.current_a,
-            run.temperature_c,
-            run.displacement_m,
-            run.acceleration_m_s2,
-        )
-        peak = float(np.max(np.abs(record.cut(record.force_n))))
-        forward.append(100.0 * _rms(record.cut(run.force_n - model)) / peak)
-        back, asked = _retraced(found.damper, run, record.force_n)
-        returned.append(100.0 * _rms(record.cut(record.force_n - back)) / peak)
-        current.append(float(np.mean(record.cut(asked))))
-    return Best(found.damper, np.array(forward), np.array(returned), np.array(current))
+    damper = extend(campaign, (), [effect(name) for name in EFFECTS]).damper
+    forward, returned, filtered, means, runs, currents = [], [], [], [], [], []
+    for s in signals:
+        forward.append(s.percent(force_of(damper, s, s.current_a)))
+        back, asked = _retraced(damper, s, s.force_n)
+        returned.append(s.percent(back))
+        runs.append(Retraced(*(s.record.cut(x) for x in (s.force_n, back, asked))))
+        currents.append(asked)
+        back, asked = _retraced(damper, s, s.record.force_n)
+        filtered.append(s.percent(back, s.record.force_n))
+        means.append(float(np.mean(s.record.cut(asked))))
+    return Best(
+        damper,
+        np.array(forward),
+        np.array(returned),
+        np.array(filtered),
+        np.array(means),
+        tuple(runs),
+        tuple(currents),
+    )
 
 
-def _retraced(damper: Damper, run: Run, wish_n: Array) -> tuple[Array, Array]:
+def force_of(damper: Damper, s: Signals, current_a: Array) -> Array:
+    """The damper's force (n) in N with another current."""
+    return simulate(
+        damper, s.dt_s, s.velocity_m_s, current_a, s.temperature_c, s.displacement_m, s.acceleration_m_s2
+    )
+
+
+def _retraced(damper: Damper, s: Signals, wish_n: Array) -> tuple[Array, Array]:
     """(force that comes back, current asked for), n each, as the controller works it out."""
-    inverse, forward = InversePipeline(damper, run.dt_s), ForwardPipeline(damper, run.dt_s)
+    inverse, forward = InversePipeline(damper, s.dt_s), ForwardPipeline(damper, s.dt_s)
     inverse.reset(float(wish_n[0]))
-    force, current = np.empty(len(run)), np.empty(len(run))
-    signals = (wish_n, run.velocity_m_s, run.temperature_c, run.displacement_m, run.acceleration_m_s2)
-    for k, (f, v, t, x, a) in enumerate(zip(*(s.tolist() for s in signals), strict=True)):
+    force, current = np.empty(wish_n.size), np.empty(wish_n.size)
+    signals = (wish_n, s.velocity_m_s, s.temperature_c, s.displacement_m, s.acceleration_m_s2)
+    for k, (f, v, t, x, a) in enumerate(zip(*(x.tolist() for x in signals), strict=True)):
         current[k] = inverse.step(f, v, t, x, a)
         force[k] = forward.step(v, float(current[k]), t, x, a)
     return force, current
-
-
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(x * x)))

@@ -3,8 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify.baselines import BASELINES
+
+Array = NDArray[np.float64]
+
+OWN = ("paper", "best")
+METHODS = (*OWN, *BASELINES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,14 +33,18 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A figure of the publication and ours; `goal`: method to the span that is asked of it."""
+    """A figure of the publication and ours; `goal`: method to the span that is asked of it.
+
+    `short` names the column where all models stand side by side.
+    """
 
     place: str  # where it stands in the publication
     what: str
     unit: str
     published: str
     ours: Mapping[str, float]
-    goal: Mapping[str, Span]
+    goal: Mapping[str, Span] = field(default_factory=dict)
+    short: str = ""
 
     def met(self, method: str) -> bool | None:
         """Whether a method reaches what is asked of it; None where nothing is."""
@@ -44,7 +58,22 @@ class Entry:
             "what": self.what,
             "unit": self.unit,
             "published": self.published,
-            "ours": dict(self.ours),
+            "ours": {method: float(value) for method, value in self.ours.items()},
             "goal": {method: [span.low, span.high] for method, span in self.goal.items()},
             "met": {method: self.met(method) for method in self.goal},
         }
+
+
+def of_paper(place: str, what: str, unit: str, published: str, value: float) -> Entry:
+    """A line of which only the published method knows."""
+    return Entry(place, what, unit, published, {"paper": value})
+
+
+def largest(values: Array) -> float:
+    """The largest value that there is."""
+    return float(np.nanmax(values))
+
+
+def means(values: Mapping[str, Array], where: NDArray[np.bool_]) -> dict[str, float]:
+    """Each method's mean over some runs."""
+    return {method: float(one[where].mean()) for method, one in values.items()}
