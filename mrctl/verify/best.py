@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.extend import extend
+from mrctl.discover.refit import fitted, thinned
+from mrctl.identify.best import identify_best
+from mrctl.identify.finish import damper_of
 from mrctl.identify.paper.validation import Retraced
+from mrctl.identify.records import records_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
 from mrctl.model.effects.registry import effect
-from mrctl.model.pipeline import ForwardPipeline, InversePipeline
+from mrctl.model.pipeline import InversePipeline
 from mrctl.simulate import simulate
 from mrctl.verify.signals import Signals
 
@@ -42,15 +45,18 @@ class Best:
 def best_of(campaign: Campaign, signals: Sequence[Signals]) -> Best:
     """Fit with the effects, then judge every run that the published method kept.
 
-    Forwards and back against the force as measured, which is what was fitted.
+    Forwards against the force as measured, which is what was fitted; back against the wish.
     """
-    damper = extend(campaign, (), [effect(name) for name in EFFECTS]).damper
+    chosen = [effect(name) for name in EFFECTS]
+    begin = {one.name: one.typical for one in chosen}
+    base = identify_best(campaign).fit
+    damper = damper_of(fitted(thinned(records_of(campaign.runs)), chosen, begin, start=base))
     forward, returned, filtered, means, runs, currents = [], [], [], [], [], []
     for s in signals:
         forward.append(s.percent(force_of(damper, s, s.current_a)))
-        back, asked = _retraced(damper, s, s.force_n)
-        returned.append(s.percent(back))
-        runs.append(Retraced(*(s.record.cut(x) for x in (s.force_n, back, asked))))
+        back, asked = _retraced(damper, s, s.wish_n)
+        returned.append(s.percent(back, s.wish_n))
+        runs.append(Retraced(*(s.record.cut(x) for x in (s.wish_n, back, asked))))
         currents.append(asked)
         back, asked = _retraced(damper, s, s.record.force_n)
         filtered.append(s.percent(back, s.record.force_n))
@@ -74,12 +80,9 @@ def force_of(damper: Damper, s: Signals, current_a: Array) -> Array:
 
 
 def _retraced(damper: Damper, s: Signals, wish_n: Array) -> tuple[Array, Array]:
-    """(force that comes back, current asked for), n each, as the controller works it out."""
-    inverse, forward = InversePipeline(damper, s.dt_s), ForwardPipeline(damper, s.dt_s)
+    """(force that comes back, current asked for), n each, the current as the controller works it out."""
+    inverse = InversePipeline(damper, s.dt_s)
     inverse.reset(float(wish_n[0]))
-    force, current = np.empty(wish_n.size), np.empty(wish_n.size)
     signals = (wish_n, s.velocity_m_s, s.temperature_c, s.displacement_m, s.acceleration_m_s2)
-    for k, (f, v, t, x, a) in enumerate(zip(*(x.tolist() for x in signals), strict=True)):
-        current[k] = inverse.step(f, v, t, x, a)
-        force[k] = forward.step(v, float(current[k]), t, x, a)
-    return force, current
+    current = np.array([inverse.step(*row) for row in zip(*(x.tolist() for x in signals), strict=True)])
+    return force_of(damper, s, current), current

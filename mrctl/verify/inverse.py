@@ -18,7 +18,7 @@ from mrctl.verify.best import Best
 from mrctl.verify.entries import Entry, Span, means
 from mrctl.verify.forward import between, over_runs
 from mrctl.verify.picture import Picture, over_time
-from mrctl.verify.signals import Signals
+from mrctl.verify.signals import WISH_HZ, Signals
 
 Array = NDArray[np.float64]
 Where = NDArray[np.bool_]
@@ -103,14 +103,14 @@ def entries(
         Entry("Fig. 9.5", through.format("off"), "%", "12", means(returned, off), {"best": Span(0.0, 4.0)}),
         Entry(
             "Fig. 9.5",
-            through.format("on") + ", from the force after the low-pass",
+            through.format("on") + ", from the force after the 20 Hz low-pass",
             "%",
             "3.5",
             means({"paper": returned["paper"], "best": best.filtered_percent}, on),
         ),
         Entry(
             "Fig. 9.5",
-            through.format("off") + ", from the force after the low-pass",
+            through.format("off") + ", from the force after the 20 Hz low-pass",
             "%",
             "12",
             means({"paper": returned["paper"], "best": best.filtered_percent}, off),
@@ -139,7 +139,7 @@ def entries(
             Entry("Fig. 9.7", what, "A", "clear distinction", off_by, goal, short),
             Entry(
                 "Fig. 9.7",
-                "the same from the force after the low-pass",
+                "the same from the force after the 20 Hz low-pass",
                 "A",
                 "clear distinction",
                 _off_by({"paper": mean["paper"], "best": best.filtered_mean_a}, here, float(level)),
@@ -203,8 +203,8 @@ def pictures(
             (Panel("Current (A)", [over_runs(m, v) for m, v in mean.items()], marks),),
             "a clear distinction between 0, 1, 2 and 3 A",
             "At the largest current an inverse can only ask for less: its mean lies below. The paper's "
-            "method gets the force after its low-pass, which rounds the turns, where the current "
-            "then falls; the others get it as measured.",
+            "method gets the force after its low-pass of 20 Hz, which rounds the turns, where the current "
+            f"then falls; the others get it up to {WISH_HZ:g} Hz.",
         )
     )
     return shown

@@ -44,7 +44,7 @@ def others_of(
     separable: Damper,
     progress: Callable[[float, str], None] = lambda _share, _what: None,
 ) -> Others:
-    """Fit the models, and ask the two that have an inverse for the current of each run's measured force.
+    """Fit the models, and ask the two that have an inverse for the current of each run's force.
 
     separable: the damper that the published method found; Reader's inverse takes f and g from it, and the
     low-pass nearest to its filter, as Eq. 3.1 to 3.4 do. Liu's map takes the parameters of Liu's fit.
@@ -75,6 +75,6 @@ def others_of(
 
 
 def _asked(made: Map, s: Signals) -> Array:
-    made.reset(float(s.force_n[0]), float(s.current_a[0]))
-    rows = zip(s.force_n.tolist(), s.velocity_m_s.tolist(), s.temperature_c.tolist(), strict=True)
+    made.reset(float(s.wish_n[0]), float(s.current_a[0]))
+    rows = zip(s.wish_n.tolist(), s.velocity_m_s.tolist(), s.temperature_c.tolist(), strict=True)
     return np.array([made.step(*row) for row in rows])

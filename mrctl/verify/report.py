@@ -7,6 +7,7 @@ from pathlib import Path
 from mrctl.report.page import Page
 from mrctl.report.tables import Cell, Value
 from mrctl.verify.entries import METHODS, OWN, Entry
+from mrctl.verify.signals import WISH_HZ
 from mrctl.verify.tables import Verification
 
 NOTE = (
@@ -14,8 +15,8 @@ NOTE = (
     "identified, its numbers chosen so that the published method comes to the published errors: that it does "
     "is no independent evidence; what the better method does with the same runs is. The paper's method is "
     "fitted to the force after a low-pass of 20 Hz, held against it and asked for it, as published; all "
-    "others have the force as measured. At the largest current an inverse can only ask for less: its mean "
-    "lies below."
+    f"others are held against the force as measured, their inverses asked for it up to {WISH_HZ:g} Hz. At "
+    "the largest current an inverse can only ask for less: its mean lies below."
 )
 OTHERS = (
     "Each model is fitted to all runs from several starts; each run counts by its error over its largest "

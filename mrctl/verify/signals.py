@@ -6,11 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
 
 from mrctl.identify.paper.prepare import Preparation, Record
 from mrctl.measurements.run import Campaign, Run
 
 Array = NDArray[np.float64]
+
+WISH_HZ = 100.0  # race dampers damp little above; what a load cell shows there is noise to an inverse
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,6 +28,7 @@ class Signals:
     force_n: Array
     displacement_m: Array
     acceleration_m_s2: Array
+    wish_n: Array  # the measured force up to WISH_HZ, without phase: what an inverse is asked for
 
     def percent(self, force_n: Array, wanted_n: Array | None = None) -> float:
         """How far a force (n) is from the measured one, or from another.
@@ -49,14 +53,20 @@ def signals_of(campaign: Campaign, preparation: Preparation) -> tuple[Signals, .
     found = []
     for record in preparation.records:
         run = campaign.runs[record.run]
-        columns = (
-            run.velocity_m_s,
-            run.current_a,
-            run.temperature_c,
-            run.force_n,
-            run.displacement_m,
-            run.acceleration_m_s2,
+        force = on_clock(run, record, run.force_n)
+        rate = preparation.sample_rate_hz
+        wish = sosfiltfilt(butter(2, WISH_HZ, fs=rate, output="sos"), force)
+        found.append(
+            Signals(
+                record,
+                1.0 / rate,
+                on_clock(run, record, run.velocity_m_s),
+                on_clock(run, record, run.current_a),
+                on_clock(run, record, run.temperature_c),
+                force,
+                on_clock(run, record, run.displacement_m),
+                on_clock(run, record, run.acceleration_m_s2),
+                np.asarray(wish, dtype=np.float64),
+            )
         )
-        at = [on_clock(run, record, x) for x in columns]
-        found.append(Signals(record, 1.0 / preparation.sample_rate_hz, *at))
     return tuple(found)
