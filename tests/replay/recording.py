@@ -37,6 +37,9 @@ class Car:
         t = n / self.rate_hz
         if role == "temperature":
             return 30.0 + corner + min(40.0, 0.02 * t)
+        if role in {"displacement", "body_acceleration", "force_wish"}:
+            size = {"displacement": 0.03, "body_acceleration": 2.0, "force_wish": 900.0}[role]
+            return size * math.sin(9.1 * t + corner)
         if role == "body_velocity":
             return 0.3 * math.sin(7.3 * t + corner) + 0.05 * math.sin(31.0 * t)
         return 0.25 * math.sin(9.1 * t + corner) + 0.15 * math.sin(70.0 * t * (1 + 0.1 * corner))
