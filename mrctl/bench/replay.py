@@ -10,10 +10,12 @@ import gc
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mrctl.bench.interpreted import Interpreted
 from mrctl.bench.peer import PerDamper
 from mrctl.bench.tick import drive
 from mrctl.can.quiet_import import can, cantools
@@ -21,9 +23,11 @@ from mrctl.config import Config
 from mrctl.replay.candump import CandumpReader
 from mrctl.replay.run import Options, replay
 from mrctl.runtime.build import input_signals
+from mrctl.runtime.compiled import COMPILED
 
-OURS, READER, READ_ONLY, WHOLE = (
+OURS, INTERPRETED, READER, READ_ONLY, WHOLE = (
     "mrctl replay",
+    "mrctl replay, interpreted",
     "mrctl, its reader alone",
     "python-can + cantools, reading alone",
     "the same + numpy control",
@@ -46,24 +50,29 @@ class ReplayCost:
 def measure(
     config: Config, ticks: int, rounds: int, advance: Callable[[], None] = lambda: None
 ) -> ReplayCost:
-    """Make a log of so many ticks, then let the sides take turns; `advance` is called after each turn."""
+    """Make a log of so many ticks, then let the sides take turns; `advance` is called after each turn.
+
+    In a compiled build the interpreter has its turns too, in a process of its own.
+    """
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder, "bus.log")
         frames = _make(log, config, ticks)
         sides: dict[str, Callable[[], None]] = {
-            OURS: lambda: _replay(log, config),
+            OURS: lambda: ours(log, config),
             READER: lambda: _read(log),
             READ_ONLY: lambda: _peer_reads(log, config),
             WHOLE: lambda: _peer_controls(log, config),
         }
-        taken: dict[str, list[float]] = {name: [] for name in sides}
-        for _ in range(rounds):
-            for name, run in sides.items():
-                gc.collect()
-                begin = time.process_time()
-                run()
-                taken[name].append(time.process_time() - begin)
-                advance()
+        taken: dict[str, list[float]] = {
+            name: [] for name in (OURS, *([INTERPRETED] if COMPILED else []), *sides)
+        }
+        with Interpreted(config.path) if COMPILED else nullcontext() as interpreted:
+            for _ in range(rounds):
+                for name, run in sides.items():
+                    taken[name].append(cpu_s(run))
+                    advance()
+                if interpreted is not None:
+                    taken[INTERPRETED].append(interpreted.replay_s(log))
     return ReplayCost(
         frames, ticks / config.loop.rate_hz, {name: min(times) for name, times in taken.items()}
     )
@@ -81,7 +90,16 @@ def _make(log: Path, config: Config, ticks: int) -> int:
     return frames
 
 
-def _replay(log: Path, config: Config) -> None:
+def cpu_s(run: Callable[[], None]) -> float:
+    """What one run takes, in s."""
+    gc.collect()
+    begin = time.process_time()
+    run()
+    return time.process_time() - begin
+
+
+def ours(log: Path, config: Config) -> None:
+    """One replay, on a grid."""
     replay(log, config, Options(clock="grid"))
 
 

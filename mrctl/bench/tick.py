@@ -6,9 +6,11 @@ import gc
 import importlib
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from typing import Any
 
+from mrctl.bench.interpreted import Interpreted
 from mrctl.bench.peer import Peer, PerDamper, Vectorised
 from mrctl.bench.wire import INTERFACE, Wire, WireBus
 from mrctl.can.codec import make_encoder
@@ -16,11 +18,13 @@ from mrctl.can.quiet_import import can
 from mrctl.can.socketcan_port import SocketCanPort
 from mrctl.config import Config
 from mrctl.runtime.build import input_signals, plan_of
+from mrctl.runtime.compiled import COMPILED
 from mrctl.runtime.tick import Frame, Tick
 
 BLOCK_TICKS = 100
 WARM_UP_TICKS = 10
 TEMPERATURE_EVERY = 50
+OURS, INTERPRETED = "mrctl", "mrctl, interpreted"
 
 
 PEERS: dict[str, type[Peer]] = {
@@ -45,33 +49,42 @@ def measure(
     Each side takes the frames from a socket without a kernel behind it (wire.py), through its own driver code
     (mrctl's port; python-can's SocketCAN functions), does its work, and sends its command the same way. The
     first ticks of a block are not counted: they find the caches as the other side left them. `advance` is
-    told how many ticks are done.
+    told how many ticks are done. In a compiled build the interpreter has a turn too, in a process of its own.
     """
-    sides = {"mrctl": _ours(config)} | {name: _theirs(peer(config)) for name, peer in PEERS.items()}
+    sides = {OURS: ours(config)} | {name: _theirs(peer(config)) for name, peer in PEERS.items()}
     source = drive(config)
-    times: dict[str, list[int]] = {name: [] for name in sides}
-    clock = time.perf_counter_ns
+    times: dict[str, list[int]] = {name: [] for name in (OURS, *([INTERPRETED] if COMPILED else []), *PEERS)}
     gc.collect()
     gc.disable()
     try:
-        for first in range(0, ticks, BLOCK_TICKS):
-            block = [source(n) for n in range(first, min(first + BLOCK_TICKS, ticks))]
-            for name, (wire, step) in sides.items():
-                taken = []
-                for frames in block:
-                    for can_id, data in frames:
-                        wire.lay(can_id, data)
-                    start = clock()
-                    step()
-                    taken.append(clock() - start)
-                times[name] += taken[WARM_UP_TICKS:]
-            advance(len(block))
+        with Interpreted(config.path) if COMPILED else nullcontext() as interpreted:
+            for first in range(0, ticks, BLOCK_TICKS):
+                last = min(first + BLOCK_TICKS, ticks)
+                block = [source(n) for n in range(first, last)]
+                for name, (wire, step) in sides.items():
+                    times[name] += times_ns(wire, step, block)
+                if interpreted is not None:
+                    times[INTERPRETED] += interpreted.block(first, last)
+                advance(len(block))
     finally:
         gc.enable()
     return {name: quantiles_us(taken) for name, taken in times.items()}
 
 
-def _ours(config: Config) -> tuple[Wire, Callable[[], None]]:
+def times_ns(wire: Wire, step: Callable[[], None], block: Sequence[Sequence[Frame]]) -> list[int]:
+    """What each tick of a block took, but for the first ones."""
+    clock, taken = time.perf_counter_ns, []
+    for frames in block:
+        for can_id, data in frames:
+            wire.lay(can_id, data)
+        start = clock()
+        step()
+        taken.append(clock() - start)
+    return taken[WARM_UP_TICKS:]
+
+
+def ours(config: Config) -> tuple[Wire, Callable[[], None]]:
+    """A wire, and what runs a tick on it: receive, work, send."""
     tick, wire = Tick(plan_of(config)), Wire(stamped=False)
     port = SocketCanPort(WireBus(wire), INTERFACE, tick.wanted_ids)
     receive, send, step = port.receive, port.send, tick.step
