@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         write_atomically(args.json, text)
     if not args.quiet:
-        print(table(HEADERS, rows_of(result.entries)))
+        print(table(HEADERS, rows_of(result.entries), align="llrrll"))
         print(f"\n{table(*models_side_by_side(result.entries), title='models side by side')}")
         print(f"\nmissed: {'; '.join(missed(result.entries)) or 'none'}\nwritten: {args.output}")
     return 0

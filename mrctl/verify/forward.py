@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mrctl.identify.paper.identify import PaperSteps
 from mrctl.report.series import Mark, Panel, Series
 from mrctl.verify.entries import Entry, Span, means
-from mrctl.verify.picture import Picture
+from mrctl.verify.picture import COLOURS, Picture
 
 Array = NDArray[np.float64]
 Where = NDArray[np.bool_]
@@ -74,7 +74,7 @@ def pictures(steps: PaperSteps, forward: Mapping[str, Array], current_a: Array) 
 
 def over_runs(label: str, values: Array) -> Series:
     """A value for each run, in the runs' order."""
-    return Series(label, np.arange(1, values.size + 1), values)
+    return Series(label, np.arange(1, values.size + 1), values, colour=COLOURS.get(label))
 
 
 def between(current_a: Array) -> list[Mark]:

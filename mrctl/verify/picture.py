@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 from mrctl.report.plots import loop_plot, panels_plot, small_multiples
 from mrctl.report.series import Panel, Series, floats
 from mrctl.report.svg import Figure
+from mrctl.verify.entries import METHODS
 
 Array = NDArray[np.float64]
 
+NOTHING = "-"  # is published in numbers or words
+COLOURS: dict[str, int] = {method: k for k, method in enumerate(METHODS)}  # the same in all figures
+HALF_TURN = 180.0
 DIGITS = 5  # of a number in JSON
 POINTS = 800  # of a signal over time, in page and JSON
 
@@ -27,7 +31,7 @@ class Picture:
     title: str
     x_label: str
     panels: tuple[Panel, ...]
-    published: str = "-"
+    published: str = NOTHING
     note: str = ""
     kind: Literal["lines", "loop", "multiples"] = "lines"
     x_log: bool = False
@@ -44,7 +48,8 @@ class Picture:
 
     def caption(self) -> str:
         """Under the figure."""
-        return f"Published: {self.published}." + (f" {self.note}" if self.note else "")
+        words = [] if self.published == NOTHING else [f"Published: {self.published}."]
+        return " ".join([*words, self.note] if self.note else words)
 
     def numbers(self) -> dict[str, Any]:
         """For JSON: every curve."""
@@ -67,10 +72,10 @@ class Picture:
         }
 
 
-def over_time(label: str, x: Array, y: Array, *, dashed: bool = False) -> Series:
-    """A signal over time or over another, as many points as a page can show."""
+def over_time(label: str, x: Array, y: Array) -> Series:
+    """A method's signal over time or over another, as many points as a page can show."""
     every = max(1, x.size // POINTS)
-    return Series(label, x[::every], y[::every], dashed=dashed)
+    return Series(label, x[::every], y[::every], colour=COLOURS.get(label, "ink"))
 
 
 def bode(
@@ -78,9 +83,16 @@ def bode(
 ) -> Picture:
     """Gain and phase of some frequency responses: (label, frequencies in Hz, response)."""
     gain = [Series(n, f, 20.0 * np.log10(np.maximum(np.abs(h), 1e-6))) for n, f, h in curves]
-    phase = [Series(n, f, np.degrees(np.unwrap(np.angle(h)))) for n, f, h in curves]
+    phase = [Series(n, f, _phase(h)) for n, f, h in curves]
     panels = (Panel("Gain (dB)", gain, height=170.0), Panel("Phase (deg)", phase, height=150.0))
     return Picture(place, title, "Frequency (Hz)", panels, x_log=True, **words)  # type: ignore[arg-type]  # words are texts
+
+
+def _phase(response: NDArray[np.complex128]) -> Array:
+    """In degrees, without a line from one end of the circle to the other."""
+    degrees = np.degrees(np.angle(response))
+    degrees[1:][np.abs(np.diff(degrees)) > HALF_TURN] = np.nan
+    return np.asarray(degrees, dtype=np.float64)
 
 
 def _rounded(values: Array) -> list[float | None]:

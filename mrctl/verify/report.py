@@ -23,15 +23,16 @@ OTHERS = (
     "force. Bouc-Wen's and Spencer's model know no temperature and have no inverse; Reader's knows no "
     "temperature either. A dash: the model cannot say."
 )
-HEADERS = ["where", "what", "published", "paper's method", "better method", "asked"]
+NO_BREAK = "\u00a0"
+HEADERS = ["where", "what", *OWN, "published", "asked"]
 
 
 def rows_of(entries: tuple[Entry, ...]) -> list[list[Value | Cell]]:
-    """A row for each line: what is published, what both methods reach, what is asked."""
+    """A row for each line: what both methods reach, what is published, what is asked."""
     rows: list[list[Value | Cell]] = []
     for e in entries:
-        row: list[Value | Cell] = [e.place, f"{e.what}, {e.unit}", e.published]
-        row += [_cell(e, method) for method in OWN]
+        row: list[Value | Cell] = [e.place, f"{e.what}, {e.unit}", *(_cell(e, method) for method in OWN)]
+        row.append(e.published)
         row.append("; ".join(f"{m} {span}" for m, span in e.goal.items()))
         rows.append(row)
     return rows
@@ -59,7 +60,8 @@ def write_verification(result: Verification, path: Path, command: str = "") -> i
     """Draw the page; returns its size in bytes. Raises InputError where it cannot be written."""
     page = Page("The published figures, side by side", f"{len(result.names)} runs", command=command)
     page.section("Side by side", NOTE)
-    page.table(HEADERS, rows_of(result.entries))
+    whole = [[str(row[0]).replace(" ", NO_BREAK), *row[1:]] for row in rows_of(result.entries)]
+    page.table(HEADERS, whole, align="llrrll")
     page.section("Models side by side", OTHERS)
     headers, rows = models_side_by_side(result.entries)
     page.table(headers, rows, best=dict.fromkeys(range(1, len(headers)), "min"))

@@ -85,7 +85,7 @@ def pictures(steps: PaperSteps) -> list[Picture]:
             "Fig. 5.15",
             "spread of h between the on currents",
             "Temperature (degC)",
-            (Panel("Standard deviation (%)", [Series("on states", warm, 100.0 * t.std_on, style="dots")]),),
+            (Panel("Standard deviation (%)", [Series("on states", warm, 100.0 * t.std_on)]),),
             "at most 2.5 %",
         ),
         Picture(

@@ -137,10 +137,10 @@ def spencer(seed: int = 1, report: Report = lambda _share, _what: None) -> Spenc
 
     lines = (
         ("identified from the same run, 0 to 2.25 V, base model", where(plain, fast=True), False),
-        ("the same with gas_spring", where(singles, fast=True), True),
-        ("the same at a quarter, a half, three quarters of the speed", where(singles, fast=False), True),
+        (f"identified from the same run with {ACCUMULATOR[0]}, 0 to 2.25 V", where(singles, fast=True), True),
+        ("the same at a quarter, a half and three quarters of the speed", where(singles, fast=False), True),
         ("one calibration for all six voltages, base model", bare, False),
-        (f"the same with {', '.join(EFFECTS)}", whole, True),
+        (f"one calibration for all six voltages with {', '.join(EFFECTS)}", whole, True),
     )
     by_best = singles[shown.item.run.name][1]
     return SpencerResult(

@@ -16,11 +16,11 @@ def pictures(found: SpencerResult) -> list[Picture]:
     both = {"paper": found.paper, "best": found.best}
     truth = found.best
     over_t = [
-        over_time("Spencer", truth.time_s, truth.wanted_n),
+        over_time("Spencer's damper", truth.time_s, truth.wanted_n),
         *(over_time(m, t.time_s, t.force_n) for m, t in both.items()),
     ]
     over_v = [
-        over_time("Spencer", truth.velocity_m_s, truth.wanted_n),
+        over_time("Spencer's damper", truth.velocity_m_s, truth.wanted_n),
         *(over_time(m, t.velocity_m_s, t.force_n) for m, t in both.items()),
     ]
     newtons = [over_time(m, t.time_s, t.miss_n) for m, t in both.items()]
