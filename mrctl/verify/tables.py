@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.errors import InputError
 from mrctl.identify.baselines import BaselineFit
 from mrctl.identify.paper import identify_paper
 from mrctl.measurements.run import Campaign
@@ -74,6 +75,7 @@ def verify(
     virtual: the damper that was measured and what drove it in each run, where it is a virtual one: then each
     inverse's current is tried on it. Raises InputError where the campaign is of another protocol.
     """
+    _require_on_and_off(campaign)
     report(SHARES["paper"], "the published method")
     found = identify_paper(campaign)
     steps = found.steps
@@ -127,6 +129,18 @@ def verify(
     report(1.0, "done")
     names = tuple(r.name for r in steps.preparation.records)
     return Verification(tuple(chapters), names, others.fits)
+
+
+def _require_on_and_off(campaign: Campaign) -> None:
+    """Raises InputError where no run is with, or none without current: half of the lines would be empty."""
+    levels = np.array([float(np.median(run.current_a)) for run in campaign.runs if run.has_current])
+    for name, seen in (("with", levels >= ON_A), ("without", levels < ON_A)):
+        if not seen.any():
+            raise InputError.at(
+                campaign.root,
+                f"has no run {name} current; the published protocol has 0, 1, 2 and 3 A",
+                f"add runs {name} current, or use `mrctl identify` and `mrctl compare`",
+            )
 
 
 def _baseline(fit: BaselineFit) -> dict[str, Any]:

@@ -124,6 +124,15 @@ def test_a_model_that_has_no_say_in_a_line_gets_a_dash():
     assert rows[1][2] is None
 
 
+def test_a_campaign_without_an_off_state_is_refused_in_one_line(folder, tmp_path, capsys):
+    for file in folder.glob("[12]A_084F.csv"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    assert main(["verify", str(tmp_path), "--quick", "-o", str(tmp_path / "v.html")]) == 2
+    (line,) = [text for text in capsys.readouterr().err.splitlines() if text.startswith("error: ")]
+    assert "no run without current" in line
+    assert not (tmp_path / "v.html").exists()
+
+
 def test_a_goal_is_met_inside_its_span_only():
     entry = Entry(
         "x", "y", "%", "-", {"paper": 3.0, "best": 2.5}, {"paper": Span(2.0, 7.0), "best": Span(0.0, 2.0)}
