@@ -50,6 +50,11 @@ class _Link(Enum):
     GONE = "gone"
 
 
+# Bound once, for what runs in every tick.
+_UP: Final = _Link.UP
+_pack, _unpack = linux.CLASSIC_FRAME.pack, linux.CLASSIC_FRAME.unpack
+
+
 class _Bus(Protocol):
     """What the port needs of python-can's SocketcanBus."""
 
@@ -134,10 +139,10 @@ class SocketCanPort:
         return frames
 
     def _receive(self) -> list[tuple[int, bytes]]:
-        if self._link is not _Link.UP:
+        if self._link is not _UP:
             self._try_again()
         frames: list[tuple[int, bytes]] = []
-        recvmsg, classic = self._socket.recvmsg, linux.CLASSIC_FRAME.unpack
+        recvmsg = self._socket.recvmsg
         for _ in range(FRAMES_PER_CALL):
             try:
                 frame, ancillary, _flags, _address = recvmsg(_LONGEST, _ANCILLARY_BYTES)
@@ -151,7 +156,7 @@ class SocketCanPort:
             if ancillary:
                 self._count_dropped(ancillary)
             if len(frame) == _CLASSIC:
-                can_id, length, data = classic(frame)
+                can_id, length, data = _unpack(frame)
                 if length < _CLASSIC_DATA:
                     data = data[:length]
                 if can_id & ERROR_FLAG:
@@ -201,7 +206,7 @@ class SocketCanPort:
             if self._fd:
                 self._socket.send(linux.FD_FRAME.pack(can_id, length, linux.BIT_RATE_SWITCH, data))
             else:
-                self._socket.send(linux.CLASSIC_FRAME.pack(can_id, length, data))
+                self._socket.send(_pack(can_id, length, data))
         except OSError as error:
             self.counters.send_failed += 1
             self._link_failed(error)

@@ -65,6 +65,7 @@ class Channel:
         "timeout",
         "until",
         "value",
+        "well",
     )
 
     def __init__(self, rules: ChannelRules, dt_s: float, good_frames: int, start: float = 0.0) -> None:
@@ -87,6 +88,7 @@ class Channel:
         self.until = NEVER  # last tick in which the signal may be used, if nothing more arrives
         self._bridging = False  # was ok, and not gone for too long since
         self.fault = Fault.MISSING
+        self.well = False  # ok, and nothing was refused since the last good value
 
     def take(self, value: float, now: int, spanned: int = 1) -> Fault:
         """A value that arrived in tick `now`; returns why it is refused, or NONE.
@@ -108,6 +110,7 @@ class Channel:
                 self.last = now
                 if self.ok:
                     self.fault = NONE
+                    self.well = True
                     self.until = now + self.timeout
                 else:  # what was wrong stays the cause until the run is long enough
                     self._run += 1
@@ -118,19 +121,20 @@ class Channel:
     def refuse(self, fault: Fault) -> Fault:
         """Note that a frame or value was refused: the run of good ones ends."""
         self.fault = fault
+        self.well = False
         self._run = 0
         return fault
 
     def update(self, now: int) -> bool:
         """Whether the signal may be used in tick `now`."""
         if now - self.last > self.timeout:
-            self.ok = False
+            self.ok = self.well = False
             self.until = NEVER
             self._run = 0
             if self.fault is NONE:
                 self.fault = Fault.MISSING
         elif not self.ok and self._run >= self._run_wanted:
-            self.ok = self._bridging = True
+            self.ok = self.well = self._bridging = True
             self.until = self.last + self.timeout
             self.fault = NONE
         return self.ok

@@ -26,7 +26,7 @@ from mrctl.model.damper import Span
 from mrctl.model.inverse import InverseModel
 from mrctl.model.pipeline import InversePipeline
 from mrctl.model.static_inverse import WITHIN
-from mrctl.runtime.channel import Channel, Fault
+from mrctl.runtime.channel import NEVER, Channel, Fault
 
 INIT: Final = State.INIT
 ACTIVE: Final = State.ACTIVE
@@ -83,6 +83,7 @@ class Corner:
         "_command",
         "_displacement",
         "_estimator",
+        "_fresh_until",
         "_hottest_c",
         "_inverse",
         "_law",
@@ -117,6 +118,7 @@ class Corner:
         self.channels = dict(channels)
         self._needed = tuple((role, channels[role]) for role in sorted(plan.needs))
         self._all_needed = tuple(channel for _, channel in self._needed)
+        self._fresh_until = NEVER  # up to this tick all that is needed is fresh, whatever comes
         self._asked_by_law = tuple(c for role, c in self._needed if role != "temperature")
         self._velocity = channels["relative_velocity"]
         self._temperature = channels["temperature"]
@@ -164,10 +166,11 @@ class Corner:
         periods: loop periods since the last tick (1 unless ticks were skipped). starting: still within the
         time that signals have to appear. off: why the damper shall be off, or None.
         """
-        if off is not None or not self._all_fresh(now):
+        if off is None and (now <= self._fresh_until or self._all_fresh(now)):  # nearly always
+            if self.state is not ACTIVE:
+                self.state, self.cause = ACTIVE, WELL
+        else:
             self._judge(now, starting, off)
-        else:  # nearly always
-            self.state, self.cause = ACTIVE, WELL
         if self._estimator is not None:
             for _ in range(min(periods, CATCH_UP_MAX)):
                 self._body.value = self._estimator.step(self._acceleration.value)
@@ -194,18 +197,18 @@ class Corner:
         return current_a
 
     def _all_fresh(self, now: int) -> bool:
-        for channel in self._all_needed:  # noqa: SIM110  # all() of a generator takes three times as long
-            if now > channel.until:
-                return False
-        return True
+        """Whether all that is needed is; and until when it will be: no `until` comes nearer than it was."""
+        fresh_until = self._velocity.until
+        for channel in self._all_needed:
+            if channel.until < fresh_until:  # noqa: PLR1730  # min() takes three times as long, hot
+                fresh_until = channel.until
+        self._fresh_until = fresh_until
+        return now <= fresh_until
 
     def issued(self, current_a: float) -> None:
         """What the output guard let through: the next step starts from there."""
         self.current_a = current_a
-        if self._inverse is None:
-            self._map.current_a = current_a
-        else:
-            self._inverse.current_a = current_a
+        self._map.current_a = current_a
 
     def _judge(self, now: int, starting: bool, off: str | None) -> None:  # noqa: FBT001  # hot
         """State and cause from what the signals are worth now."""
@@ -234,23 +237,28 @@ class Corner:
         if self._wants_more:
             motion.displacement_m = self._displacement.value
             motion.force_wish_n = self._wish.value
-        if state is SUBSTITUTE and any(not channel.ok for channel in self._asked_by_law):
+        if state is not ACTIVE and any(not channel.ok for channel in self._asked_by_law):
             law = self._substitute_law
         wish = law(motion)
-        current_map = self._map
-        if not self._running or periods > CATCH_UP_MAX:
-            current_map.reset(wish, self.current_a)
-            self._running = True
-            periods = 1
-        inverse, command = self._inverse, self._command
-        while periods > 1:  # skipped periods too, so that the filters stay in step with time
-            command(wish, velocity, temperature)
-            periods -= 1
-        if inverse is None:
-            wanted, reach = command(wish, velocity, temperature), current_map.reach
+        if periods > 1 or not self._running:
+            self._catch_up(wish, velocity, temperature, periods)
+        inverse = self._inverse
+        if inverse is not None:  # nearly always
+            wanted = inverse.step(wish, velocity, temperature)
+            reach = inverse.reach
         else:
-            wanted, reach = inverse.step(wish, velocity, temperature), inverse.reach
+            wanted = self._command(wish, velocity, temperature)
+            reach = self._map.reach
         self.wish_n = wish
         self.saturated = reach is not WITHIN
         self.clamped = not self._coldest_c <= temperature <= self._hottest_c
         return wanted
+
+    def _catch_up(self, wish: float, velocity: float, temperature: float, periods: int) -> None:
+        """Step the map through skipped periods, so that its filters stay in step with time; or start it."""
+        if not self._running or periods > CATCH_UP_MAX:
+            self._map.reset(wish, self.current_a)
+            self._running = True
+        else:
+            for _ in range(periods - 1):
+                self._command(wish, velocity, temperature)

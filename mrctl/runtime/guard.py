@@ -15,7 +15,7 @@ CURRENT_BOUND_A: Final = 1e6  # beyond it a number is too large to be worked wit
 class OutputGuard:
     """Guards the current command of one damper."""
 
-    __slots__ = ("_fallback", "_step", "_unit_a", "maximum", "raw")
+    __slots__ = ("_fallback", "_step", "_unit_a", "maximum", "raw", "stepped_in")
 
     def __init__(
         self, current_max_a: float, slew_a_s: float, dt_s: float, fallback_a: float, unit_a: float
@@ -33,9 +33,10 @@ class OutputGuard:
                 f"a slew limit of {slew_a_s:g} A/s moves less than {unit_a:g} A in {dt_s:g} s; raise it"
             )
         self.raw = 0
+        self.stepped_in = False  # since somebody last cleared it
 
-    def apply(self, current_a: float, made_in: int, now: int) -> tuple[float, bool]:
-        """The current that may leave in tick `now`, in A, and whether the guard had to step in.
+    def apply(self, current_a: float, made_in: int, now: int) -> float:
+        """The current that may leave in tick `now`, in A.
 
         current_a: what the controller asks for, in tick `made_in`; a stale or non-finite one is replaced
         by the fallback. One count of rounding is not called stepping in.
@@ -44,10 +45,10 @@ class OutputGuard:
             wanted = round(current_a / self._unit_a)
             if wanted <= self.maximum and -self._step <= wanted - self.raw <= self._step:
                 self.raw = wanted
-                return wanted * self._unit_a, False
+                return wanted * self._unit_a
         return self._step_in(current_a, trusted=made_in == now and math.isfinite(current_a))
 
-    def _step_in(self, current_a: float, *, trusted: bool) -> tuple[float, bool]:
+    def _step_in(self, current_a: float, *, trusted: bool) -> float:
         """The nearest to what was asked for, or to the fallback, that may leave."""
         wanted = self._fallback
         if trusted:
@@ -55,4 +56,6 @@ class OutputGuard:
         low = max(0, self.raw - self._step)
         high = min(self.maximum, self.raw + self._step)
         self.raw = min(max(wanted, low), high)
-        return self.raw * self._unit_a, not trusted or abs(self.raw - wanted) > 1
+        if not trusted or abs(self.raw - wanted) > 1:
+            self.stepped_in = True
+        return self.raw * self._unit_a

@@ -117,7 +117,7 @@ class Tick:
         self._guarded_corners = tuple(
             (k, *pair) for k, pair in enumerate(zip(self.corners, self.guards, strict=True))
         )
-        self.guarded = [False] * len(plan.corners)  # since the last state frame
+        self._counts = [0] * len(plan.corners)  # the currents that may leave, as the guards count
         # A guard's count is the frame's own where signal and guard count alike.
         self._unit_a = unit
         self._in_counts = all(
@@ -169,16 +169,21 @@ class Tick:
             off = "BUS_SILENT"
             self._init_until = now + self._init_ticks  # once the bus is back, its signals must show first
         starting = now <= self._init_until
-        states = self._states
+        states, counts = self._states, self._counts
         for index, corner, guard in self._guarded_corners:
             wanted = corner.step(now, periods, starting, off)
-            issued_a, stepped_in = guard.apply(wanted, corner.made_in, now)
-            corner.issued(issued_a)
-            if stepped_in:
-                self.guarded[index] = True
+            corner.issued(guard.apply(wanted, corner.made_in, now))
+            counts[index] = guard.raw
             if corner.state is not states[index]:
                 self._note_change(index, corner)
-        return self._frames_out(now, figures)
+        out = []
+        if now >= self._command.next:
+            values = counts if self._in_counts else [count * self._unit_a for count in counts]
+            out.append(self._command.frame(now, values))
+            self.at_rest = not any(counts)
+        if now >= self._slow.next:
+            out += self._slow.due(now, figures or LoopFigures())
+        return out
 
     def cause_of(self, corner: Corner) -> str:
         """The cause of a damper's state, in words of the DBC where it has one."""
@@ -191,20 +196,10 @@ class Tick:
             cause = cause.replace(said, nearest)
         return CAUSE_CODE.get(cause, _SILENT_CODE)
 
-    def _frames_out(self, now: int, figures: LoopFigures | None) -> list[Frame]:
-        out = []
-        if now >= self._command.next:
-            counts = [guard.raw for guard in self.guards]
-            values = counts if self._in_counts else [count * self._unit_a for count in counts]
-            out.append(self._command.frame(now, values))
-            self.at_rest = not any(counts)
-        if now >= self._slow.next:
-            out += self._slow.due(now, figures or LoopFigures())
-        return out
-
     def _state_values(self) -> list[float]:
-        corners, guarded = self.corners, self.guarded
-        self.guarded = [False] * len(corners)
+        corners, guarded = self.corners, [guard.stepped_in for guard in self.guards]
+        for guard in self.guards:
+            guard.stepped_in = False  # until the next state frame
         return [
             *(corner.state for corner in corners),
             *(self._cause_code(corner) for corner in corners),

@@ -12,7 +12,7 @@ from typing import Any
 
 from mrctl.can.codec import code_of, crc_source, decoding_source
 from mrctl.can.specs import FrameSpec
-from mrctl.runtime.channel import NONE, Channel, Fault
+from mrctl.runtime.channel import Channel, Fault
 from mrctl.runtime.receiver import COUNTER_STEP_MAX, FrameReceiver
 
 _SOURCE = """
@@ -34,22 +34,22 @@ def make(channels, refuse, judge):
                 before = counter
             return refuse(COUNTER)
         before = counter
-        {words}{values}
+        {words}
+        {untils}{values}
         return True
 
     return take
 """
-# What Channel.take does with a plain next value of a signal in use, which is nearly every one.
+# What Channel.take does with a plain next value of a signal that is well, which is nearly every one.
 _VALUE = """
         value = {value}
         if (
-            {channel}.ok and {low!r} <= value <= {high!r}
+            {channel}.well and {low!r} <= value <= {high!r}
             and (change := value - {channel}.value) and -{most!r} <= change <= {most!r}
         ):
             {channel}.value = value
             {channel}.changed = {channel}.last = now
-            {channel}.until = now + {timeout}
-            {channel}.fault = NONE
+            {channel}.until = until{timeout}
         else:
             judge({channel}, value, now, step)"""
 _LINE = "\n        "
@@ -74,6 +74,9 @@ class WrittenReceiver(FrameReceiver):
             crc=_LINE.join(crc_source(spec.length, "counter")),
             step_max=COUNTER_STEP_MAX,
             words=_LINE.join(words),
+            untils=_LINE.join(
+                f"until{ticks} = now + {ticks}" for ticks in {c.timeout for c in self.channels}
+            ),
             values="".join(
                 _VALUE.format(
                     value=value,
@@ -86,8 +89,6 @@ class WrittenReceiver(FrameReceiver):
                 for (name, channel), value in zip(named.items(), values, strict=True)
             ),
         )
-        faults: dict[str, Any] = {
-            fault.name: fault for fault in (NONE, Fault.MALFORMED, Fault.CRC, Fault.COUNTER)
-        }
+        faults: dict[str, Any] = {fault.name: fault for fault in (Fault.MALFORMED, Fault.CRC, Fault.COUNTER)}
         make = code_of(source, "make", self.spec, faults)
         self.take = make(self.channels, self.refuse, self.judge)

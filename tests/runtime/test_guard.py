@@ -29,25 +29,28 @@ def guard():
 def test_whatever_comes_in_what_leaves_is_finite_in_range_and_within_slew(wishes):
     one, before = guard(), 0.0
     for now, (wish, age) in enumerate(wishes):
-        out, stepped_in = one.apply(wish, now - age, now)
+        one.stepped_in = False
+        out = one.apply(wish, now - age, now)
         assert math.isfinite(out)
         assert 0.0 <= out <= LIMIT_A
         assert abs(out - before) <= SLEW_A_S * DT_S + 1e-9
-        assert stepped_in or abs(out - wish) <= 1.5 * UNIT_A
+        assert one.stepped_in or abs(out - wish) <= 1.5 * UNIT_A
         before = out
 
 
 def test_a_stale_command_is_replaced_by_the_fallback():
     one = guard()
     for now in range(10):
-        out, stepped_in = one.apply(2.0, -1, now)
-        assert stepped_in
+        one.stepped_in = False
+        out = one.apply(2.0, -1, now)
+        assert one.stepped_in
     assert out == pytest.approx(1.0)
 
 
 def test_a_sound_command_passes_unchanged():
     one = guard()
-    assert one.apply(0.5, 7, 7) == (pytest.approx(0.5), False)
+    assert one.apply(0.5, 7, 7) == pytest.approx(0.5)
+    assert not one.stepped_in
 
 
 def test_a_slew_limit_below_one_count_a_tick_is_refused():

@@ -39,7 +39,7 @@ def built(kind):
 
 
 def state(receiver):
-    names = ("value", "ok", "last", "until", "changed", "fault")
+    names = ("value", "ok", "well", "last", "until", "changed", "fault")
     return [
         [*(getattr(channel, name) for name in names), channel.substitutable(0)]
         for channel in receiver.channels
