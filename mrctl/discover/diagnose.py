@@ -33,7 +33,7 @@ LATER_SHARE = (
 LATER_LEFT = 0.6  # or of what is still left over the noise
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
-EXPLAINED = 0.6  # of what can be removed: less, and the effects found are not what is missing
+EXPLAINED = 0.7  # of what can be removed: less, and the effects found are not what is missing
 CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
 
 
@@ -142,9 +142,7 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     It takes a fair share of all that was taken, or most of what is still left over the noise.
     """
     taken = here.mean_square - best.proof.mean_square
-    errors = np.concatenate(evidence.steady_errors(here.fit))
-    noise, _ = evidence.floor_n(best.fit)
-    left = float(np.mean(errors**2)) - noise**2
+    left = evidence.budget(here.fit).total - evidence.budget(best.fit).noise
     return taken > LATER_SHARE * (base.mean_square - best.proof.mean_square) or taken > LATER_LEFT * left
 
 
@@ -204,13 +202,11 @@ class Balance:
 
 def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     """What a model leaves over the noise, beyond the doubt about the noise itself."""
-    errors = evidence.steady_errors(final.fit)
-    total = float(np.mean(np.concatenate(errors) ** 2))
-    noise, measured = evidence.floor_n(final.fit)
-    doubt = CYCLE_DOUBT if measured else SPECTRAL_DOUBT
-    excess = total - (1.0 + doubt) * noise**2
+    budget = evidence.budget(final.fit)
+    doubt = CYCLE_DOUBT if budget.measured else SPECTRAL_DOUBT
+    excess = budget.judged - (1.0 + doubt) * budget.noise
     structured = left.explained_n2 - LEFT_OF_NOISE * left.mean_square_n2 if left.significant else 0.0
-    return Balance(total, noise**2, measured, max(excess, structured, 0.0))
+    return Balance(budget.total, budget.noise, budget.measured, max(excess, structured, 0.0))
 
 
 def _verdict(

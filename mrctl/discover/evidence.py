@@ -18,7 +18,7 @@ from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit, JointModel
-from mrctl.identify.records import Record, records_of
+from mrctl.identify.records import Record, possible_rise_k, records_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects
@@ -26,10 +26,21 @@ from mrctl.model.effects.registry import effects
 Array = NDArray[np.float64]
 
 SEARCHED_SAMPLES = 30000  # more are averaged down, as far as SLOWEST_HZ
-SLOWEST_HZ, FASTEST_HZ = 200.0, 500.0
+SLOWEST_HZ, FASTEST_HZ = 400.0, 500.0  # slower ones are refined
 REST_M_S = 1e-4
 MOVED_M = 1e-5
+MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
 KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """Mean squares in N² at full rate: what a fit leaves, that where the noise is known, the noise there."""
+
+    total: float
+    judged: float
+    noise: float
+    measured: bool  # from cycle to cycle
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +57,7 @@ class Evidence:
     def of(cls, campaign: Campaign) -> Evidence:
         """Raises InputError when no run moves the damper and measures its force."""
         full = [
-            r
+            r.refined(int(np.ceil(SLOWEST_HZ / r.rate_hz)))
             for r in records_of(campaign.runs)
             if float(np.max(np.abs(r.velocity_m_s))) > REST_M_S and float(np.ptp(r.force_n)) > 0.0
         ]
@@ -82,7 +93,7 @@ class Evidence:
         Every record counts with the noise of the whole fit: one that fits badly is what is looked for, and
         must not be weighed down.
         """
-        fit = fit_base(self.records)
+        fit = fit_base(self.records, warmer_k=possible_rise_k(self.records))
         model = JointModel(fit.model.layout, self.records, Effects(tuple(known)))
         theta = np.concatenate([fit.theta, model.effects.pack(values or {})])
         model.reweigh(theta)
@@ -91,29 +102,34 @@ class Evidence:
         fit = model.fit(theta, penalties=penalties, rounds=1, iterations=10, tolerance=1e-4)
         return prove(fit, self.folds)
 
-    def floor_n(self, fit: JointFit) -> tuple[float, bool]:
-        """(noise RMS in N at full rate, whether it was measured from cycle to cycle).
+    def budget(self, fit: JointFit) -> Budget:
+        """What a fit leaves, and how much of that is noise.
 
-        Where runs do not repeat, it is read off the spectrum of what the fit leaves, and what the measured
-        velocity's own noise makes of the model's force is added.
+        Where runs do not repeat, the noise is read off the spectrum of what the fit leaves, and what the
+        measured velocity's own noise makes of the model's force is added. Where neither shows it, all that is
+        left counts as noise: then only what the signals predict of it is known not to be.
         """
-        known = [
-            (f.floor_n, len(r)) for f, r in zip(self.floors, self.full, strict=True) if f.floor_n is not None
-        ]
-        if sum(n for _, n in known) >= KNOWN_SHARE * sum(map(len, self.full)):
-            return float(np.sqrt(sum(n * f * f for f, n in known) / sum(n for _, n in known))), True
         errors = self.steady_errors(fit)
+        total = float(np.mean(np.concatenate(errors) ** 2))
+        known = [(f.floor_n, e) for f, e in zip(self.floors, errors, strict=True) if f.floor_n is not None]
+        samples = sum(e.size for _, e in known)
+        if samples >= KNOWN_SHARE * sum(e.size for e in errors):
+            # Runs whose noise is not known are not held against that of the others.
+            noise = sum(e.size * f * f for f, e in known) / samples
+            return Budget(total, sum(float(e @ e) for _, e in known) / samples, noise, measured=True)
         brought = [f[f.size - e.size :] for f, e in zip(input_noise(fit, self.full), errors, strict=True)]
-        spectral = spectral_floor(errors, [r.rate_hz for r in self.full], brought)
-        if spectral is None:
-            return 0.0, False
-        return min(spectral.noise_n, float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))), False
+        spectral = spectral_floor(errors, [r.rate_hz / r.finer for r in self.full], brought)
+        # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
+        least = float(np.median([f.lower_bound_n for f in self.floors]))
+        most = (MOST_COLOURED * least) ** 2 + float(np.mean(np.concatenate(brought) ** 2))
+        noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
+        return Budget(total, total, noise, measured=False)
 
     def steady_errors(self, fit: JointFit) -> list[Array]:
-        """Measured less modelled force in N at full rate, without the starts that the fit leaves out."""
+        """Measured less modelled force in N at the samples measured, without starts that a fit leaves out."""
         model = fit.model.on(self.full)
         return [
-            e[model.settle_blocks(fit.theta, r) * model.factor(r) :]
+            e[:: r.finer][model.settle_blocks(fit.theta, r) * model.factor(r) // r.finer :]
             for r, e in zip(self.full, model.errors(fit.theta), strict=True)
         ]
 

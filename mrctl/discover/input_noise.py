@@ -28,20 +28,20 @@ SEED = 1
 
 
 def input_noise(fit: JointFit, records: Sequence[Record]) -> list[Array]:
-    """A drawing of what the velocity's noise makes of the model's force: N at every sample of each record."""
+    """A drawing of what the velocity's noise makes of the model's force: N at each sample measured."""
     spectrum = _noise_spectrum(records)
     if spectrum is None:
-        return [np.zeros(len(r)) for r in records]
+        return [np.zeros(len(r))[:: r.finer] for r in records]
     rng = np.random.default_rng(SEED)
     noisy = [replace(r, velocity_m_s=r.velocity_m_s + _drawn(r, *spectrum, rng)) for r in records]
     plain = fit.model.on(records).predict(fit.theta)
     moved = fit.model.on(noisy).predict(fit.theta)
-    return [a - b for a, b in zip(moved, plain, strict=True)]
+    return [(a - b)[:: r.finer] for a, b, r in zip(moved, plain, records, strict=True)]
 
 
 def _noise_spectrum(records: Sequence[Record]) -> tuple[Array, Array, float] | None:
     """(band middles in Hz, power density in (m/s)²/Hz, rise below them), of the quieter records."""
-    top = HIGHEST_SHARE * min(r.rate_hz for r in records)
+    top = HIGHEST_SHARE * min(r.rate_hz / r.finer for r in records)
     if top < 1.2 * LOWEST_HZ:
         return None
     edges = np.geomspace(LOWEST_HZ, top, BANDS + 1)
@@ -76,6 +76,7 @@ def _drawn(record: Record, middles: Array, density: Array, rise: float, rng: np.
     below = f < middles[0]
     level[below] = density[0] * (f[below] / middles[0]) ** rise
     level[0] = 0.0
+    level[f > 0.5 * rate / record.finer] = 0.0
     size = np.sqrt(0.5 * level * rate * n)
     phase = rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size)
     return np.asarray(np.fft.irfft(size * phase / np.sqrt(2.0), n), dtype=np.float64)

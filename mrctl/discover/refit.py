@@ -13,9 +13,9 @@ from mrctl.discover.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit, JointModel
-from mrctl.identify.records import Record
+from mrctl.identify.records import Record, possible_rise_k
 from mrctl.measurements.run import Campaign
-from mrctl.model.effects.base import Effect, Vector
+from mrctl.model.effects.base import Effect, Stage, Vector
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,9 @@ def fitted(
 
     values: where the effects begin, SI; free: which of their parameters move (default: all not held).
     """
-    base = fit_base(records) if start is None else start
+    # A fluid that heats itself leaves the temperatures at which the case was.
+    warm = any(e.stage is Stage.TEMPERATURE for e in chosen)
+    base = fit_base(records, warmer_k=possible_rise_k(records) if warm else 0.0) if start is None else start
     if not chosen and start is None:
         return base
     layout = base.model.layout

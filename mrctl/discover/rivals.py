@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 CLOSE_SCORE = 10.0  # BIC: below this the data do not decide ("very strong" begins here, Kass & Raftery 1995)
 SAME_DIRECTION = 0.93  # share of an effect's force that a rival's slopes make up for
 GOOD_PART = 0.2  # of a force's square sum that one of its parameters must make, to be looked at by itself
+BLOCKED = 0.1  # of the found effect's gain: what takes less, was held back
 AS_GOOD, AS_GOOD_SHARE = 1.01, 0.98  # of the mean square left, of that taken: a smaller effect does it too
 CONTAINED = 0.99  # as SAME_DIRECTION, where one effect is a special case of the other
 SAME_REMOVED = 0.97  # of what the found effect takes off, where neither reaches the noise
@@ -49,7 +50,7 @@ def contains(larger: Trial, smaller: Trial, level: Level) -> bool:
     """Whether the smaller effect's force is a special case of the larger one's."""
     looks = {one.effect.name: one for one in level.looks}
     own, other = looks[smaller.effect.name], looks[larger.effect.name]
-    return larger.parameters > smaller.parameters and same_direction(own, other) >= CONTAINED
+    return larger.parameters > smaller.parameters and same_direction(own, other, parts=False) >= CONTAINED
 
 
 def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
@@ -73,7 +74,9 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
     for look in level.looks:
         if look.effect.name in {chosen.effect.name, *found, *larger} or not look.plausible:
             continue
-        if same_direction(own, look) >= SAME_DIRECTION:
+        fits = next((t.gain for t in level.trials if t.effect.name == look.effect.name), 0.0)
+        blocked = fits < BLOCKED * chosen.gain  # by its bounds: as itself it was not seen to fit worse
+        if blocked and same_direction(own, look) >= SAME_DIRECTION:
             found[look.effect.name] = Rival(
                 look.effect.name, "in this campaign its force has the same course, whatever its size and sign"
             )
@@ -84,21 +87,24 @@ def _taken(trial: Trial) -> float:
     return -trial.proof.mean_square
 
 
-def same_direction(one: Look, other: Look) -> float:
-    """The share of one look's force, beyond the model, that the other's slopes make up for, signs free."""
+def same_direction(one: Look, other: Look, *, parts: bool = True) -> float:
+    """The share of one look's force, beyond the model, that the other's slopes make up for, signs free.
+
+    parts: or of the part that one of its proportional parameters makes, where that is more.
+    """
     whole = float(one.force @ one.force)
     if whole <= 0.0 or other.slopes.shape[0] == 0:
         return 0.0
     # The force as a whole, and what each proportional parameter that defines the effect makes of it.
-    parts = [one.force]
+    pieces = [one.force]
     moving = [
         (p, x) for p, x, moves in zip(one.effect.parameters, one.values, one.free, strict=True) if moves
     ]
     for slope, (p, value) in zip(one.slopes, moving, strict=True):
         made = slope * value / p.step_scale
-        if p.linear and p.typical and float(made @ made) > GOOD_PART * whole:
-            parts.append(made)
-    return max(_made_up(part, other) for part in parts)
+        if parts and p.linear and p.typical and float(made @ made) > GOOD_PART * whole:
+            pieces.append(made)
+    return max(_made_up(piece, other) for piece in pieces)
 
 
 def _made_up(force: Array, other: Look) -> float:

@@ -62,9 +62,9 @@ def _silent(done: int, total: int, what: str) -> None:
     """Tell nobody."""
 
 
-def fit_base(records: Sequence[Record], layout: Layout | None = None, order: int = 3) -> JointFit:
-    """The base model of these records."""
-    layout = layout_for(records, order) if layout is None else layout
+def fit_base(records: Sequence[Record], order: int = 3, *, warmer_k: float = 0.0) -> JointFit:
+    """The base model of these records; h has knots up to `warmer_k` above the case's temperatures."""
+    layout = layout_for(records, order, warmer_k=warmer_k)
     start = rough_fit(records, order)
     final = JointModel(layout, records)
     theta = layout.pack(moved(start.tables, start.model.layout, layout))

@@ -25,6 +25,7 @@ from mrctl.simulate import Run, Trace, stages, trace
 Array = NDArray[np.float64]
 
 SLOPE_STEP = 1e-4  # of a parameter's scale
+NEAR = 0.02  # in any parameter: slopes by differences serve that far
 PUSH = 1e-4  # of the static force's size, when a slope is pushed through a stage by a difference
 
 
@@ -124,12 +125,37 @@ def bare_damper(layout: Layout, t: Tables, rate_hz: float) -> Damper:
     return Damper(static, forward, none, None, np.inf, np.inf, everywhere, everywhere, everywhere)
 
 
+class Kept:
+    """Slopes that are dear, kept while the point at which they were taken is near."""
+
+    def __init__(self) -> None:
+        self._of: dict[int, tuple[Run, Array, NDArray[np.intp], Array]] = {}
+
+    def slopes(self, run: Run, at: Array, index: NDArray[np.intp], make: Callable[[], Array]) -> Array:
+        """The slopes (m, n) by parameters `index` of a run at a point, made anew where none near are kept."""
+        old = self._of.get(id(run))
+        if old is not None and old[0] is run and np.array_equal(old[2], index) and _near(old[1], at):
+            return old[3]
+        made = make()
+        self._of[id(run)] = run, at, index, made
+        return made
+
+
+def _near(one: Array, other: Array) -> bool:
+    return one.shape == other.shape and float(np.max(np.abs(one - other))) < NEAR
+
+
 class Dampers:
     """The bare dampers of a set of tables, one for each rate."""
 
-    def __init__(self, layout: Layout, tables: Tables) -> None:
+    def __init__(self, layout: Layout, tables: Tables, kept: Kept | None = None) -> None:
         self.layout, self.tables = layout, tables
         self._made: dict[float, Damper] = {}
+        self._kept = Kept() if kept is None else kept
+
+    def differences(self, run: Run, at: Array, index: NDArray[np.intp], make: Callable[[], Array]) -> Array:
+        """The slopes by the tables' parameters (m, n), which a point nearby may lend."""
+        return self._kept.slopes(run, at, index, make)
 
     def traced(self, run: Run, settings: Settings, like: Trace | None) -> Trace:
         """The run through tables, filter and effects."""
@@ -186,7 +212,10 @@ def linearise(
         total = mean(here.sum_n)
         values = _pushed(values, np.zeros((0, 0)), total, total, after)
     if settings[Stage.MOTION]:
-        values = _differences(run, layout, t, settings, here, factor, dealt.index)
+        values = dampers.differences(
+            run, np.concatenate([layout.pack(t), theta]), dealt.index,
+            lambda: _differences(run, layout, t, settings, here, factor, dealt.index),
+        )  # fmt: skip
     own = _own_slopes(run, dampers, effects, theta, here, factor)
     return here, base.Rows(
         np.concatenate([values, own]),

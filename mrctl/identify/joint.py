@@ -51,6 +51,7 @@ class JointModel:
     noise_n: Array = field(init=False, repr=False)
     _runs: list[Run] = field(init=False, repr=False, default_factory=list)
     _traces: list[Trace | None] = field(init=False, repr=False, default_factory=list)
+    _kept: effects_fit.Kept = field(init=False, repr=False, default_factory=effects_fit.Kept)
 
     def __post_init__(self) -> None:
         self.inputs = [
@@ -143,7 +144,7 @@ class JointModel:
     def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:
         """Record by record: residual (n) and the force's slopes (m, n) by the parameters it sees."""
         tables = self.tables(theta)
-        dampers = effects_fit.Dampers(self.layout, tables)
+        dampers = effects_fit.Dampers(self.layout, tables, self._kept)
         for k, record in enumerate(self.records):
             factor = self.factor(record)
             if self.effects.size:

@@ -71,7 +71,7 @@ def level_knots(samples: Sequence[Array], width: float, count: int) -> Levels:
     pooled = np.concatenate([s[:: max(1, s.size // 4000)] for s in samples])
     even = np.linspace(low, high, count // 2 + 1)
     dense = np.quantile(pooled, np.linspace(0.0, 1.0, count - count // 2 + 1))
-    return Levels(_apart(np.concatenate([even, dense]), (high - low) / (3 * count)), held=False)
+    return Levels(apart(np.concatenate([even, dense]), (high - low) / (3 * count)), held=False)
 
 
 def _between(samples: Sequence[Array], levels: Array, width: float, most: int) -> Array:
@@ -88,6 +88,12 @@ def _between(samples: Sequence[Array], levels: Array, width: float, most: int) -
     return np.array(found)
 
 
+def filled(knots: Array, step: float) -> Array:
+    """The knots with even ones between, where two are further apart than `step`."""
+    parts = [np.linspace(a, b, max(2, int(np.ceil((b - a) / step)) + 1))[:-1] for a, b in pairwise(knots)]
+    return np.concatenate([*parts, knots[-1:]])
+
+
 def velocity_knots(records: Sequence[Record], count: int = VELOCITY_KNOTS) -> Array:
     """Symmetric knots over the velocities seen: zero, dense around it, the rest by density."""
     speed = np.concatenate([np.abs(r.velocity_m_s[:: max(1, len(r) // 4000)]) for r in records])
@@ -98,12 +104,12 @@ def velocity_knots(records: Sequence[Record], count: int = VELOCITY_KNOTS) -> Ar
     even = np.linspace(0.0, top, third + 1)[1:]
     dense = np.quantile(speed, np.linspace(0.0, 1.0, third + 1)[1:])
     near = top * np.geomspace(0.005, 1.0, count - 2 * third)
-    side = _apart(np.concatenate([[0.0], even, dense, near]), top / (6 * count))[1:]
+    side = apart(np.concatenate([[0.0], even, dense, near]), top / (6 * count))[1:]
     return np.concatenate([-side[::-1], [0.0], side])
 
 
-def _apart(values: Array, least: float) -> Array:
-    """The sorted values without those that crowd the one before; first and last stay."""
+def apart(values: Array, least: float) -> Array:
+    """The values, sorted, without those that crowd the one before; first and last stay."""
     values = np.unique(values)
     kept = [float(values[0])]
     for x in values[1:-1]:

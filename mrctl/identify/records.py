@@ -7,11 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from mrctl.measurements.run import Run
 
 Array = NDArray[np.float64]
 
+LIGHT_J_K = 100.0  # the fluid of a small damper
+HOTTEST_K = 60.0
 SHORTEST = 16  # samples; less says nothing about a third-order filter
 
 
@@ -27,9 +30,37 @@ class Record:
     force_n: Array
     displacement_m: Array
     acceleration_m_s2: Array
+    finer: int = 1  # samples here for one that was measured
 
     def __len__(self) -> int:
         return self.force_n.size
+
+    def refined(self, factor: int) -> Record:
+        """Splines through the samples, at a multiple of their rate.
+
+        Where a reversal takes less than a sample, the force between two samples is not that of their mean
+        motion: a model is right only at a rate that resolves the damper. The current, which may step, goes
+        straight.
+        """
+        if factor <= 1:
+            return self
+        at = np.arange(len(self), dtype=np.float64)
+        fine = np.arange((len(self) - 1) * factor + 1) / factor
+
+        def smooth(x: Array) -> Array:
+            return np.asarray(CubicSpline(at, x)(fine), dtype=np.float64)
+
+        return replace(
+            self,
+            rate_hz=self.rate_hz * factor,
+            velocity_m_s=smooth(self.velocity_m_s),
+            current_a=np.interp(fine, at, self.current_a),
+            temperature_c=np.interp(fine, at, self.temperature_c),
+            force_n=smooth(self.force_n),
+            displacement_m=smooth(self.displacement_m),
+            acceleration_m_s2=smooth(self.acceleration_m_s2),
+            finer=self.finer * factor,
+        )
 
     def decimated(self, factor: int) -> Record:
         """Means over `factor` samples: a coarser look at the same run."""
@@ -49,6 +80,7 @@ class Record:
             force_n=mean(self.force_n),
             displacement_m=mean(self.displacement_m),
             acceleration_m_s2=mean(self.acceleration_m_s2),
+            finer=1,
         )
 
 
@@ -68,3 +100,9 @@ def records_of(runs: Iterable[Run]) -> list[Record]:
         for number, run in enumerate(runs)
         if len(run) >= SHORTEST and run.has_force and run.has_current
     ]
+
+
+def possible_rise_k(records: Iterable[Record]) -> float:
+    """How much warmer than the case a run's own losses could make a small damper's fluid."""
+    heat_j = [float(np.sum(np.maximum(r.force_n * r.velocity_m_s, 0.0))) / r.rate_hz for r in records]
+    return min(max(heat_j, default=0.0) / LIGHT_J_K, HOTTEST_K)

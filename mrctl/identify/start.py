@@ -16,15 +16,24 @@ from mrctl.identify.records import Record
 Array = NDArray[np.float64]
 
 OFF_CURRENT_A = 0.1  # the paper's "off": the coil is not driven
+WARM_STEP_K = 15.0  # between the knots of h where the fluid may be warmer than the case
 LEAST_SPAN_C = 3.0  # temperatures that differ by less say nothing about h
 
 
 def layout_for(
-    records: Sequence[Record], order: int = 3, velocity_knots: int = knots.VELOCITY_KNOTS
+    records: Sequence[Record],
+    order: int = 3,
+    velocity_knots: int = knots.VELOCITY_KNOTS,
+    *,
+    warmer_k: float = 0.0,
 ) -> Layout:
-    """Knots and switches that this data can carry."""
+    """Knots and switches that this data can carry; h reaches `warmer_k` above the case's temperatures."""
     currents = knots.level_knots([r.current_a for r in records], knots.LEVEL_A, knots.CURRENT_KNOTS)
     temperature = _temperature_knots(records)
+    if warmer_k >= LEAST_SPAN_C:
+        # Apart: between two cases of nearly one temperature a steep h would stand in for the fluid's rise.
+        apart = knots.apart(temperature, 0.5 * WARM_STEP_K)
+        temperature = knots.filled(np.append(apart, apart[-1] + warmer_k), WARM_STEP_K)
     velocity = knots.velocity_knots(records, velocity_knots)
     speed = np.concatenate([np.abs(r.velocity_m_s[:: max(1, len(r) // 4000)]) for r in records])
     gauge = int(np.argmin(np.abs(velocity - np.quantile(speed, 0.9))))

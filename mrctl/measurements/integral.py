@@ -3,9 +3,9 @@
 Integration has a fourth-order rule and takes out the drift that an offset of the sensor adds up to: a
 straight line. Where the motion repeats, the line is fitted *together with* the harmonics of the motion, so
 that the number of cycles need not be whole, and the result has zero mean over whole cycles. Where it does not
-repeat but goes to and fro, the line is fitted under a Hann window and the result starts at zero. One single
-stroke is left as it is: no drift could be told from motion. (Curves instead of lines were tried on real
-records and made the ends of a run worse.)
+repeat but goes to and fro, the line is fitted under a Hann window and zero is the middle of the stroke, about
+which a rig moves. One single stroke is left as it is: no drift could be told from motion. (Curves instead of
+lines were tried on real records and made the ends of a run worse.)
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ def integrate(values: FloatArray, dt: float) -> Integral:
         drift = _line_beside_harmonics(total, time, *found)
         return Integral(total - drift, "zero mean over whole cycles, drift removed")
     result = total - hann_line(total)
-    return Integral(result - result[0], "zero at the start, straight drift removed")
+    middle = 0.5 * (float(result.max()) + float(result.min()))
+    return Integral(result - middle, "zero in the middle of the stroke, straight drift removed")
 
 
 def hann_line(values: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progressio
     "hidden",
     [
         {"current_lag": {"rise_time_s": 0.012, "fall_time_s": 0.018}},
-        {"preyield_stiffness": {"yield_length_m": 5e-4, "compliance_m_n": 0.0}},
+        {"preyield_stiffness": {"yield_length_m": 5e-4, "compliance_m_n": 0.0, "creep": 0.0}},
     ],
     ids=lambda h: next(iter(h)),
 )

@@ -112,7 +112,7 @@ def test_elasticity_before_yield_solves_its_differential_equation(dt_s):
     exact = solved(lambda u, f: abs(velocity(u)) / length * (backbone(u) - f), float(backbone(0.0)), t)
     effect = effects()["preyield_stiffness"]
     ours = stages.yielding(
-        [(effect, (3e-4, 1e-6))], backbone(t), v, np.zeros(t.size), np.full(t.size, level), dt_s
+        [(effect, (3e-4, 1e-6, 0.0))], backbone(t), v, np.zeros(t.size), np.full(t.size, level), dt_s
     )
     assert relative(ours, exact) < (0.01 if dt_s < 0.001 else 0.1)
 
@@ -125,7 +125,9 @@ def test_the_elastic_loop_depends_on_displacement_not_on_speed():
         t = np.arange(8000) * dt
         v = 0.3 / slow * np.cos(2.0 * np.pi * 2.0 / slow * t)
         b = level * np.sign(v)
-        loops.append(stages.yielding([(effect, (2e-4, 1e-6))], b, v, 0.0 * v, np.full(t.size, level), dt))
+        loops.append(
+            stages.yielding([(effect, (2e-4, 1e-6, 0.0))], b, v, 0.0 * v, np.full(t.size, level), dt)
+        )
     assert loops[0] == pytest.approx(loops[1], abs=1e-6)
 
 
@@ -208,12 +210,39 @@ def test_an_end_stop_pushes_back_and_never_pulls(x, v, clearance, exponent, damp
 @given(st.floats(-1e5, 1e5), st.floats(50.0, 5e4), st.floats(1.0, 5e3))
 def test_cavitation_limits_compression_only_and_keeps_the_order_of_forces(force, limit, knee):
     step = effects()["cavitation"].step
-    limited = step((limit, knee), [], force, 0.0, 0.0, 0.001)
+    plain = (limit, knee, 0.0, 2e-3)
+    limited = step(plain, [0.0], force, 0.0, 0.0, 0.001)
     assert limited >= -limit - 1e-9
     assert limited >= force - 1e-9
     if force >= 0.0 and limit >= knee:
         assert limited == force
-    assert step((limit, knee), [], force + 1.0, 0.0, 0.0, 0.001) >= limited
+    assert step(plain, [0.0], force + 1.0, 0.0, 0.0, 0.001) >= limited
+
+
+def test_a_cavity_opens_by_what_the_fluid_does_not_follow_and_costs_rebound_force_until_it_is_closed():
+    step, state = effects()["cavitation"].step, [0.0]
+    p = (500.0, 10.0, 0.8, 2e-3)
+    for _ in range(100):
+        assert step(p, state, -1000.0, -0.2, 0.0, 0.001) == -500.0
+    assert state[0] == pytest.approx(0.1 * 0.2 * 0.5)
+    back = [step(p, state, 800.0, 0.2, 0.0, 0.001) for _ in range(100)]
+    assert back[0] == pytest.approx(800.0 * (1.0 - 0.8 * 0.01 / 0.012))
+    assert np.all(np.diff(back) >= 0.0)
+    assert back[-1] == 800.0
+
+
+def test_with_creep_a_slow_fluid_relaxes_in_time_as_a_spring_in_series_does():
+    effect, level, knee, length = effects()["preyield_stiffness"], 1000.0, 0.05, 5e-4
+    after = []
+    for v in (0.001, 0.004):  # on the straight part of g = v / knee
+        force = np.full(200, level * v / knee)
+        force[0] = 0.0
+        out = stages.yielding(
+            [(effect, (length, 0.0, 1.0))], force, np.full(200, v), np.zeros(200), np.full(200, level), 1e-4
+        )
+        after.append(out[100] / force[100])
+    assert after[0] == pytest.approx(after[1], abs=1e-6)
+    assert after[0] == pytest.approx(1.0 - np.exp(-0.01 * knee / length), abs=0.01)
 
 
 @settings(max_examples=200, deadline=None)

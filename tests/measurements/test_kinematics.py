@@ -104,11 +104,11 @@ def test_ramps_do_not_tilt_a_run_that_is_steady_for_two_cycles(cycles, ends):
     ],
     ids=["triangle", "three sines", "sweep"],
 )
-def test_motions_that_do_not_repeat_start_at_zero_and_lose_a_constant_offset(shape):
+def test_motions_that_do_not_repeat_lie_about_zero_and_lose_a_constant_offset(shape):
     t = np.arange(20_000) / 1000
     x = shape(t)
     result = integrate(np.gradient(x, 1e-3) + 0.005, 1e-3)
-    assert result.values[0] == 0.0
+    assert result.values.max() == pytest.approx(-result.values.min())
     difference = result.values - x
     assert np.std(difference) < 0.01 * np.std(x)
 

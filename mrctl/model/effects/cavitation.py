@@ -18,33 +18,60 @@ def step(
     displacement_m: float,
     dt_s: float,
 ) -> float:
-    """The force in N: as it is down to limit less knee, then bent, in a parabola, towards the limit."""
+    """The force in N: as it is down to limit less knee, then bent, in a parabola, towards the limit.
+
+    What the fluid does not follow opens a cavity, which the way back must close first.
+    """
     over = -force_n - p[0] + p[1]
-    if over <= 0.0:
-        return force_n
-    if over >= 2.0 * p[1]:
-        return -p[0]
-    return force_n + over * over / (4.0 * p[1])
+    if over > 0.0:
+        held_n = -p[0] if over >= 2.0 * p[1] else force_n + over * over / (4.0 * p[1])
+        if force_n < 0.0:
+            s[0] += abs(velocity_m_s) * dt_s * (1.0 - held_n / force_n)
+        return held_n
+    if velocity_m_s > 0.0 and s[0] > 0.0:
+        force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
+        s[0] = max(0.0, s[0] - velocity_m_s * dt_s)
+    return force_n
+
+
+def start(
+    p: Sequence[float],
+    force_n: float,
+    velocity_m_s: float,
+    displacement_m: float,
+    dt_s: float,
+) -> list[float]:
+    """No cavity yet."""
+    return [0.0]
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
     # Where it cavitates, the limit is about the largest compression force seen.
     most = ranges.compression_force_n or ranges.force_n
-    return [(share * most, 0.05 * most) for share in (1.0, 0.95, 0.85, 0.7)]
+    shares, losses = (1.0, 0.95, 0.85, 0.7), (0.0, 0.7)
+    return [(share * most, 0.05 * most, loss, 2e-3) for loss in losses for share in shares]
 
 
 EFFECT = Effect(
     name="cavitation",
     stage=Stage.LIMIT,
     summary="The compression force cannot exceed what the gas pressure holds up; beyond, vapour forms.",
-    equation="F >= -limit, with a parabola from limit - knee to limit + knee",
+    equation=(
+        "F >= -limit, with a parabola from limit - knee to limit + knee; "
+        "cavity y: dy/dt = |v| (1 - limit/|F|) while limited, -v on the way back, "
+        "where F is 1 - loss y/(y + closing) of itself"
+    ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
         Parameter("limit_n", "N", NO_LIMIT_N, 50.0, NO_LIMIT_N, 1000.0, "largest compression force"),
         Parameter("knee_n", "N", 50.0, 1.0, 5e3, 50.0, "half width of the transition to it"),
+        Parameter("loss", "1", 0.0, 0.0, 1.0, 0.0, "of the rebound force while a cavity is open", 0.3),
+        Parameter("closing_m", "m", 2e-3, 1e-4, 0.02, 2e-3, "cavity at which half of that is lost"),
     ),
     step=step,
     inverse=Undo.NOT_UNDONE,
     inverse_note="No current lifts the limit: wishes beyond it fall short by what exceeds it.",
     guesses=_guesses,
+    start=start,
+    states=("cavity, m",),
 )

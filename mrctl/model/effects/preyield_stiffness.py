@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 # A force that has to be divided by its elastic share grows at most this much.
 LARGEST_GAIN = 5.0
+# Below this part of the shape the fluid creeps at a rate that no longer rises.
+SMALLEST_SHAPE = 1e-3
 
 
 def step(
@@ -25,10 +27,10 @@ def step(
     if length <= 0.0:
         return force_n
     shape = force_n / level_n
-    way = abs(velocity_m_s) * dt_s / length
+    way = abs(velocity_m_s) * dt_s / (length * max(abs(shape), SMALLEST_SHAPE) ** p[2])
     decay = math.exp(-way)
     mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
-    elastic = shape - (shape - s[1]) * mean + (s[0] - s[1]) * decay
+    elastic: float = shape - (shape - s[1]) * mean + (s[0] - s[1]) * decay
     s[0] = elastic
     s[1] = shape
     return elastic * level_n
@@ -60,10 +62,15 @@ def undo(
     if length <= 0.0:
         return wanted_n
     shape = s[1]  # of the sample before: this one's is what the current is sought for
-    elastic = shape + (s[0] - shape) * math.exp(-abs(velocity_m_s) * dt_s / length)
+    way = abs(velocity_m_s) * dt_s / (length * max(abs(shape), SMALLEST_SHAPE) ** p[2])
+    elastic = shape + (s[0] - shape) * math.exp(-way)
     if abs(shape) >= LARGEST_GAIN * abs(elastic):
         return wanted_n * math.copysign(LARGEST_GAIN, shape * elastic)
     return wanted_n * shape / elastic
+
+
+def _guesses(_: Ranges) -> list[Vector]:
+    return [(5e-4, 0.0, 0.0), (5e-4, 0.0, 1.0)]
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
@@ -75,9 +82,11 @@ EFFECT = Effect(
     name="preyield_stiffness",
     stage=Stage.YIELD,
     summary="After a reversal the force turns round over a length, not at once: the fluid is elastic first.",
-    equation="F = f h z, dz/dx = sign(v) (g - z) / length, length = yield_length + compliance f h",
+    equation="F = f h z, dz/dt = |v| (g - z) / (|g|^creep length), length = yield_length + compliance f h",
     source=(
         "Dahl, AIAA Journal 14 (1976); for MR dampers Ikhouane, Dyke, Smart Mater. Struct. 16 (2007). "
+        "creep 0: Dahl, turning round over a length; 1: Maxwell, a spring in series with the fluid, whose "
+        "flow at z is taken along the chord of g. "
         "yield_length: the same strain at all currents, as in Bouc-Wen; compliance: the same stiffness."
     ),
     parameters=(
@@ -85,6 +94,7 @@ EFFECT = Effect(
         Parameter(
             "compliance_m_n", "m/N", 0.0, 0.0, 2e-5, 0.0, "length that each newton of f h adds to it", 2e-7
         ),
+        Parameter("creep", "1", 0.0, 0.0, 1.0, 0.0, "how far slow flow relaxes it: Dahl 0, Maxwell 1", 0.3),
     ),
     step=step,
     inverse=Undo.DIVIDE,
@@ -95,5 +105,6 @@ EFFECT = Effect(
     start=start,
     states=("elastic shape z, -1 to 1", "shape g of the sample before"),
     undo=undo,
+    guesses=_guesses,
     derived=_derived,
 )

@@ -1,0 +1,102 @@
+"""The hidden-effect battery: draws dampers with hidden effects, diagnoses them from their CSV files, scores.
+
+    python tests/hidden/battery.py --seed 3 --cases 300 [--family AB] [--jobs 2] [--json F]
+
+The simulator beside it has equations of its own: no line of mrctl makes the data. Families: A one effect,
+B none,
+C physics outside the library, D confounded campaigns, E pairs, F nuisances (offset and gain of each run,
+differentiated stroke, short runs, one run), G road-like motion, H other simulators.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: the fits are small
+
+import generate
+import score
+
+from mrctl.discover.diagnose import diagnose
+from mrctl.discover.figures import parameters_of
+from mrctl.measurements import load_campaign
+from mrctl.report.progress import Progress
+
+
+def diagnosed(folder: Path) -> tuple[str, dict]:
+    """What the diagnosis says of one campaign, from its files alone."""
+    began = time.monotonic()
+    found = diagnose(load_campaign(folder))
+    return folder.name, {
+        "verdict": found.verdict,
+        "effects": list(found.effects),
+        "seconds": time.monotonic() - began,
+        "parameters": {
+            one.trial.effect.name: {
+                name: p["value"] for name, p in parameters_of(found.final.fit, one.trial.effect.name).items()
+            }
+            for one in found.found
+        },
+    }
+
+
+def campaigns(seed: int, families: str, cases: int, out: Path) -> dict:
+    """Draws and writes the campaigns; returns what is hidden in them, by folder."""
+    hidden: dict = {}
+    todo = [(f, k) for f in families for k in range(generate.SIZES[f])]
+    share = max(1.0, len(todo) / cases)
+    with Progress("Measuring", min(cases, len(todo))) as progress:
+        for n in range(min(cases, len(todo))):
+            family, k = todo[int(n * share)]
+            make = generate.make_other if family == "H" else generate.make_case
+            arguments = (seed, k, out) if family == "H" else (seed, family, k, out)
+            name, truth = make(*arguments)
+            hidden[name] = truth
+            progress.advance(note=name)
+    return hidden
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seed", type=int, default=3)
+    parser.add_argument(
+        "--cases", type=int, default=158, help="spread evenly; one seed has 158, more take the next"
+    )
+    parser.add_argument("--family", default="ABCDEFGH")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--each", action="store_true", help="one line for each case, with its parameters")
+    parser.add_argument("--json", type=Path)
+    args = parser.parse_args()
+    hidden: dict = {}
+    results: dict = {}
+    seed = args.seed
+    with tempfile.TemporaryDirectory() as place:
+        while len(hidden) < args.cases:
+            out = Path(place) / str(seed)
+            new = campaigns(seed, args.family, args.cases - len(hidden), out)
+            hidden |= new
+            with (
+                ProcessPoolExecutor(args.jobs) as pool,
+                Progress(f"Diagnosing, seed {seed}", len(new)) as progress,
+            ):
+                for name, result in pool.map(diagnosed, [out / name for name in new]):
+                    results[name] = result
+                    progress.advance(note=f"{name} {result['verdict']}")
+            seed += 1
+    if args.json:
+        args.json.write_text(json.dumps({"results": results, "truth": hidden}, default=float))
+    score.table(results, hidden, each=args.each)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
