@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 LOWEST_HZ = 30.0
 HIGHEST_SHARE = 0.45  # of the sample rate
-MOST_COLOUR = 0.9  # beyond this it may as well be a model error that reaches up
+MOST_COLOUR = 0.97  # beyond this it may as well be a model error that reaches up
 FEWEST_LINES = 50
 SMOOTHED = 41  # lines of a drawn noise's spectrum
 

@@ -13,9 +13,9 @@ import battery
 import generate
 import score
 
-# Chosen before any of them was diagnosed: every twenty-first single effect, and two dampers without one.
+# Chosen before any of them was diagnosed: every twenty-first single effect, and a damper without one.
 SEED = 11
-CASES = [("A", 3), ("A", 24), ("A", 45), ("A", 66), ("B", 0), ("B", 12)]
+CASES = [("A", 3), ("A", 24), ("A", 45), ("A", 66), ("B", 0)]
 
 
 @pytest.mark.slow
