@@ -12,6 +12,7 @@ from mrctl.discover.folds import folds_of
 from mrctl.discover.input_noise import input_noise
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
+from mrctl.discover.refit import part
 from mrctl.discover.search import Folds
 from mrctl.discover.spectral_floor import spectral_floor
 from mrctl.errors import InputError
@@ -30,6 +31,8 @@ SLOWEST_HZ, FASTEST_HZ = 400.0, 500.0  # slower ones are refined
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
+FEWEST_CYCLES = 4  # of a run that repeats, to be searched
+LONGEST_S = 10.0  # a longer run may be heating up
 KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles
 
 
@@ -69,8 +72,12 @@ class Evidence:
             )
         seconds = sum(len(r) / r.rate_hz for r in full)
         rate = float(np.clip(SEARCHED_SAMPLES / seconds, SLOWEST_HZ, FASTEST_HZ))
-        records = [r.decimated(max(1, int(r.rate_hz / rate))) for r in full]
         floors = [noise_floor(campaign.runs[r.run]) for r in full]
+        share = SEARCHED_SAMPLES / (seconds * rate)
+        records = [
+            _shortened(r, f, share).decimated(max(1, int(r.rate_hz / rate)))
+            for r, f in zip(full, floors, strict=True)
+        ]
         return cls(campaign, full, records, floors, folds_of(records))
 
     def candidates(self, known: Sequence[Effect]) -> tuple[list[Effect], dict[str, str]]:
@@ -132,6 +139,13 @@ class Evidence:
             e[:: r.finer][model.settle_blocks(fit.theta, r) * model.factor(r) // r.finer :]
             for r, e in zip(self.full, model.errors(fit.theta), strict=True)
         ]
+
+
+def _shortened(record: Record, floor: NoiseFloor, share: float) -> Record:
+    """That share of a short run that repeats, a few cycles at least; any other run whole."""
+    if share >= 1.0 or floor.cycles < FEWEST_CYCLES or len(record) / record.rate_hz > LONGEST_S:
+        return record
+    return part(record, 0, int(len(record) * max(share, FEWEST_CYCLES / floor.cycles)))
 
 
 def full_errors(fit: JointFit, records: Sequence[Record]) -> list[Array]:

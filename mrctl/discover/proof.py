@@ -77,6 +77,7 @@ def prove(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Proof:
         misses = _moved(fit, step, (lower, upper), where, fold)
         held_out[fold] = sum(float(np.sum(r[own == fold] ** 2)) for r, own in zip(misses, where, strict=True))
         fold_counts[fold] = sum(int(np.count_nonzero(own == fold)) for own in where)
+    model.forget()  # a search keeps many proofs
     return Proof(
         fit, np.array(inside), np.array(counts, dtype=np.float64), np.array(colour), held_out, fold_counts
     )

@@ -74,6 +74,11 @@ class JointModel:
         model.weights, model.noise_n = self.weights, self.noise_n
         return model
 
+    def forget(self) -> None:
+        """Let go of the kept simulations and slopes; they are made again when asked for."""
+        self._traces = [None] * len(self.records)
+        self._kept = effects_fit.Kept()
+
     @property
     def size(self) -> int:
         """How many parameters there are, the effects' last."""
