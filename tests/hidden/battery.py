@@ -3,9 +3,8 @@
     python tests/hidden/battery.py --seed 3 --cases 300 [--family AB] [--jobs 2] [--json F]
 
 The simulator beside it has equations of its own: no line of mrctl makes the data. Families: A one effect,
-B none,
-C physics outside the library, D confounded campaigns, E pairs, F nuisances (offset and gain of each run,
-differentiated stroke, short runs, one run), G road-like motion, H other simulators.
+B none, C physics outside the library, D confounded campaigns, E pairs, F nuisances (offset and gain of each
+run, differentiated stroke, short runs, one run), G road-like motion, H other simulators.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -63,6 +63,16 @@ def campaigns(seed: int, families: str, cases: int, out: Path) -> dict:
     return hidden
 
 
+def opponents(python: str, out: Path, cases: list[str]) -> dict:
+    """What pySINDy and sysidentpy answer to the same campaigns, by tool."""
+    program = Path(__file__).with_name("opponents.py")
+    subprocess.run(
+        [python, program, out, "-o", out.parent / "opponents", "--cases", ",".join(cases)], check=True
+    )
+    files = sorted(out.parent.glob("opponents_*.json"))
+    return {f.stem.removeprefix("opponents_"): json.loads(f.read_text()) for f in files}
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -73,11 +83,15 @@ def main() -> int:
     )
     parser.add_argument("--family", default="ABCDEFGH")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument(
+        "--opponents", metavar="PYTHON", help="an interpreter with pandas, pysindy and sysidentpy: they too"
+    )
     parser.add_argument("--each", action="store_true", help="one line for each case, with its parameters")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
     hidden: dict = {}
     results: dict = {}
+    rivals: dict = {}
     seed = args.seed
     with tempfile.TemporaryDirectory() as place:
         while len(hidden) < args.cases:
@@ -91,10 +105,16 @@ def main() -> int:
                 for name, result in pool.map(diagnosed, [out / name for name in new]):
                     results[name] = result
                     progress.advance(note=f"{name} {result['verdict']}")
+            if args.opponents:
+                for tool, answers in opponents(args.opponents, out, list(new)).items():
+                    rivals.setdefault(tool, {}).update(answers)
             seed += 1
     if args.json:
         args.json.write_text(json.dumps({"results": results, "truth": hidden}, default=float))
     score.table(results, hidden, each=args.each)
+    for tool, answers in rivals.items():
+        print(f"\n== {tool}")
+        score.table(answers, hidden)
     return 0
 
 
