@@ -13,6 +13,7 @@ from mrctl.config import Config, load_config
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
 from mrctl.report.terminal import table
+from mrctl.runtime.compiled import COMPILED
 from mrctl.share_path import share_file
 
 
@@ -100,7 +101,7 @@ def _c_tick(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], s
     with Progress("ticks", max(args.ticks, 2 * c_tick.SETTLED_AFTER)) as progress:
         cost = c_tick.measure(config, args.ticks, progress.advance)
     rows: list[list[Value | Cell]] = [
-        ["mrctl, Python", cost.python_us, cost.python_us / cost.c_us],
+        ["mrctl, compiled" if COMPILED else "mrctl, Python", cost.python_us, cost.python_us / cost.c_us],
         ["the same in C", cost.c_us, 1.0],
     ]
     title = "a tick without reception and sending"
