@@ -24,4 +24,4 @@ def test_both_sides_come_to_the_same_coefficients(cost):
 def test_a_pass_is_at_least_twenty_times_faster_than_padasips(cost):
     assert cost["times_faster"] == pytest.approx(cost["padasip_pass_s"] / cost["pass_s"])
     assert cost["times_faster"] >= 20.0
-    assert cost["passes_s"] < cost["passes"] * cost["pass_s"]
+    assert cost["padasip_passes_s"] >= 20.0 * cost["passes_s"]
