@@ -1,15 +1,18 @@
-"""How late the loop wakes, against cyclictest on the same processors, in blocks in turn."""
+"""How late the loop wakes, against cyclictest on the same processors, in blocks in turn.
+
+The loop runs as in the daemon: with all that `realtime` of the configuration asks for and the system grants,
+polling before each tick included. Cyclictest runs as it is: it keeps the processors awake by itself, sleeps
+to an absolute time and looks at the clock; it locks its memory where the loop's is locked.
+"""
 
 from __future__ import annotations
 
 import contextlib
-import gc
 import os
 import re
 import shutil
 import subprocess
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
@@ -18,7 +21,9 @@ from mrctl.bench.wire import INTERFACE, Wire, WireBus
 from mrctl.can.socketcan_port import SocketCanPort
 from mrctl.config import Config
 from mrctl.errors import MrctlError
+from mrctl.runtime import realtime
 from mrctl.runtime.build import plan_of
+from mrctl.runtime.histogram import Histogram
 from mrctl.runtime.loop import Loop
 from mrctl.runtime.tick import Tick
 
@@ -35,24 +40,33 @@ def measure(
 ) -> dict[str, dict[str, float]]:
     """Quantiles in µs of the loop's and cyclictest's lateness, each side for half of the time, in turn.
 
-    Both at the loop's rate and at SCHED_FIFO 80 where that is granted, else both without. Raises MrctlError
-    where cyclictest is missing or fails.
+    Both at the loop's rate and at SCHED_FIFO 80 where that is granted, else both without; the loop's name
+    says what else was refused. Raises MrctlError where cyclictest is missing or fails.
     """
     program = cyclictest()
     fifo = _fifo_is_granted()
     period_us = round(1e6 / config.loop.rate_hz)
     ours: list[int] = []
+    refused: list[str] = []
     theirs: dict[int, int] = {}
     spent = 0.0
     while spent < seconds:
         block = min(BLOCK_S, (seconds - spent) / 2.0)
-        ours += _loop_block(config, block, fifo=fifo)
-        for late_us, count in _cyclictest_block(program, period_us, block, fifo=fifo).items():
+        late_ns, taken = _loop_block(config, block, fifo=fifo)
+        ours += late_ns
+        refused = sorted(taken.refused)
+        locked = "lock_memory" in taken.granted
+        theirs_now = _cyclictest_block(program, period_us, block, fifo=fifo, locked=locked)
+        for late_us, count in theirs_now.items():
             theirs[late_us] = theirs.get(late_us, 0) + count
         spent += 2.0 * block
         advance(2.0 * block)
     name = f"FIFO {PRIORITY}" if fifo else "no real-time priority"
-    return {f"mrctl loop, {name}": _quantiles(_binned(ours)), f"cyclictest, {name}": _quantiles(theirs)}
+    without = f", without {', '.join(refused)}" if refused else ""
+    return {
+        f"mrctl loop, {name}{without}": _quantiles(_binned(ours)),
+        f"cyclictest, {name}": _quantiles(theirs),
+    }
 
 
 def cyclictest() -> str:
@@ -85,31 +99,40 @@ def _quantiles(bins: dict[int, int]) -> dict[str, float]:
     return found
 
 
-def _loop_block(config: Config, seconds: float, *, fifo: bool) -> list[int]:
-    """The lateness in ns of each tick of the real loop and tick, on a bus without a kernel."""
+class _Kept(Histogram):
+    """Keeps every time as it is; a histogram is right to 1/16 only."""
+
+    __slots__ = ("times_ns",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.times_ns: list[int] = []
+
+    def add(self, time_ns: int) -> None:
+        self.times_ns.append(time_ns)
+        super().add(time_ns)
+
+
+def _loop_block(config: Config, seconds: float, *, fifo: bool) -> tuple[list[int], realtime.Realtime]:
+    """The lateness in ns of each tick of the real loop, on a bus without a kernel, and what was granted."""
     tick = Tick(plan_of(config))
     port = SocketCanPort(WireBus(Wire(stamped=False)), INTERFACE, tick.wanted_ids)
-    late: list[int] = []
-    clock = time.monotonic_ns
-
-    def sleep(wait_s: float) -> None:
-        start = clock()
-        time.sleep(wait_s)
-        late.append(clock() - start - round(wait_s * 1e9))
-
-    loop = Loop(tick, port, config.loop.rate_hz, sleep_s=sleep)
+    late = _Kept()
+    wanted = config.realtime.model_copy(update={"priority": None})  # the same on both sides, see _priority
+    loop = Loop(tick, port, config.loop.rate_hz, poll_us=wanted.poll_us, lateness=late)
     ticks = round(seconds * config.loop.rate_hz)
-    gc.collect()
-    gc.disable()
-    try:
-        with _priority(fifo=fifo):
+    with _priority(fifo=fifo):
+        taken = realtime.enter(wanted)
+        try:
             loop.run(lambda: loop.ticks + loop.skipped >= ticks)
-    finally:
-        gc.enable()
-    return late
+        finally:
+            realtime.leave(taken)
+    return late.times_ns, taken
 
 
-def _cyclictest_block(program: str, period_us: int, seconds: float, *, fifo: bool) -> dict[int, int]:
+def _cyclictest_block(
+    program: str, period_us: int, seconds: float, *, fifo: bool, locked: bool
+) -> dict[int, int]:
     """Cyclictest's histogram: µs to how often."""
     loops = max(1, round(seconds * 1e6 / period_us))
     with tempfile.TemporaryDirectory() as folder:
@@ -124,6 +147,7 @@ def _cyclictest_block(program: str, period_us: int, seconds: float, *, fifo: boo
             f"--histfile={file}",
         ]
         words += [f"-p{PRIORITY}"] if fifo else []
+        words += ["-m"] if locked else []
         done = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603  # its own path
         text = file.read_text(encoding="utf-8") if file.exists() else ""
     if done.returncode != 0 or not text:

@@ -111,8 +111,14 @@ def check_control(file: ConfigFile, findings: Findings) -> None:
 
 
 def check_rates(file: ConfigFile, findings: Findings) -> None:
-    """Frames go out at whole fractions of the loop's rate, and come in no faster than it turns."""
+    """The loop has time to sleep; frames go out at whole fractions of its rate, and come in no faster."""
     loop_hz = file.loop.rate_hz
+    if file.realtime.poll_us > 0.5e6 / loop_hz:
+        findings.add(
+            ("realtime", "poll_us"),
+            f"`realtime.poll_us` ({file.realtime.poll_us:g}) is more than half of the loop's period",
+            f"at most {0.5e6 / loop_hz:g}, or the processor does nothing else",
+        )
     for frame, rate_hz in file.frames.send.items():
         path = ("frames", "send", frame)
         if frame not in FRAMES_OUT:

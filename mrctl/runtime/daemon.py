@@ -53,7 +53,8 @@ class Daemon:
             raise
         self._swap = CalibrationSwap(config, self._tick, self._reloader, log)
         rate_hz = config.loop.rate_hz
-        self._loop = Loop(self._tick, self._port, rate_hz, after_tick=self._after_tick)
+        poll_us = config.realtime.poll_us
+        self._loop = Loop(self._tick, self._port, rate_hz, after_tick=self._after_tick, poll_us=poll_us)
         self._teller = Teller(config, self._tick, self._loop, self._port, self._notifier, log)
         watchdog_s = self._notifier.watchdog_s()
         self._report_every = (

@@ -2,7 +2,8 @@
 
 The schedule is absolute: tick n is due at start + n periods, so lateness does not add up. A tick that comes
 more than a period late runs once, and the periods it missed are counted and handed to the tick, which
-advances its filters by as many: no bursts.
+advances its filters by as many: no bursts. Waking a process takes the system tens of microseconds: the loop
+may sleep until so long before a tick is due only, and poll the clock for the rest.
 """
 
 from __future__ import annotations
@@ -44,17 +45,24 @@ class Loop:
         rate_hz: float,
         *,
         after_tick: Callable[[int], None] | None = None,
+        poll_us: float = 0.0,
+        lateness: Histogram | None = None,
         clock_ns: Callable[[], int] = time.monotonic_ns,
         sleep_s: Callable[[float], None] = time.sleep,
     ) -> None:
-        """after_tick: called in the slack of each tick with the tick's number; must be quick."""
+        """after_tick: called in the slack of each tick with the tick's number; must be quick.
+
+        poll_us: polls the clock instead of sleeping for so long before a tick is due; 0 does not.
+        lateness: given each tick's lateness in ns, and cleared every second.
+        """
         self._tick = tick
         self._port = port
         self._period_ns = round(NANOSECONDS / rate_hz)
         self._after_tick = after_tick
+        self._poll_ns = round(1e3 * poll_us)
         self._clock_ns = clock_ns
         self._sleep_s = sleep_s
-        self._second = Histogram(), Histogram()
+        self._second = lateness or Histogram(), Histogram()
         self.lateness, self.duration = Histogram(), Histogram()
         self._window = max(1, round(rate_hz))  # the health figures are those of the last second
         self.ticks = 0
@@ -68,15 +76,12 @@ class Loop:
 
         ticks + skipped is the number of periods elapsed, exactly.
         """
-        period, clock, sleep = self._period_ns, self._clock_ns, self._sleep_s
+        period, clock, wait_until = self._period_ns, self._clock_ns, self._wait_until
         tick, port = self._tick, self._port
         add_lateness, add_duration = (histogram.add for histogram in self._second)
         due = clock() + period
         while True:
-            wait = due - clock()
-            if wait > 0:
-                sleep(wait / NANOSECONDS)
-            woke = clock()
+            woke = wait_until(due)
             late = woke - due
             missed = 0
             if late >= period:
@@ -99,6 +104,17 @@ class Loop:
                 self._after_tick(self.ticks)
             if until():
                 return
+
+    def _wait_until(self, due: int) -> int:
+        """Sleep, and poll for the rest; returns when it was over, never before `due`."""
+        clock = self._clock_ns
+        wait = due - self._poll_ns - clock()
+        if wait > 0:
+            self._sleep_s(wait / NANOSECONDS)
+        woke = clock()
+        while woke < due:
+            woke = clock()
+        return woke
 
     def _end_second(self) -> None:
         lateness, duration = self._second

@@ -11,6 +11,7 @@ import ctypes
 import gc
 import os
 import resource
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -23,6 +24,12 @@ _LOCK_CURRENT: Final = 1  # <sys/mman.h>, MCL_CURRENT and MCL_FUTURE
 _LOCK_FUTURE: Final = 2
 _CAP_IPC_LOCK: Final = 14  # <linux/capability.h>
 
+# Kernel documentation, "PM Quality of Service Interface": the latency written holds while the file is open.
+_LATENCY_DEVICE: Final = Path("/dev/cpu_dma_latency")
+_SLEEP_STATES: Final = Path("/sys/devices/system/cpu/cpuidle")
+_NO_LATENCY: Final = struct.pack("=i", 0)  # µs
+_FIRST_PASSED: Final = 3  # sd_listen_fds(3), SD_LISTEN_FDS_START
+
 
 @dataclass(slots=True)
 class Realtime:
@@ -30,6 +37,7 @@ class Realtime:
 
     granted: dict[str, str] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
+    awake: int | None = None  # descriptor that keeps the processors awake while it is open
 
 
 def enter(wanted: RealtimeConfig) -> Realtime:
@@ -42,6 +50,8 @@ def enter(wanted: RealtimeConfig) -> Realtime:
         steps["priority"] = partial(_raise_priority, wanted.priority)
     if wanted.lock_memory:
         steps["lock_memory"] = _lock_memory
+    if wanted.cpu_awake:
+        steps["cpu_awake"] = partial(_keep_awake, result)
     if wanted.freeze_gc:
         steps["freeze_gc"] = _stop_collector
     for name, take in steps.items():
@@ -54,7 +64,10 @@ def enter(wanted: RealtimeConfig) -> Realtime:
 
 
 def leave(taken: Realtime) -> None:
-    """Give back what matters to whoever lives on in this process: the garbage collector."""
+    """Give back what matters to others, and to whoever lives on in this process: sleep, and the collector."""
+    if taken.awake is not None:
+        os.close(taken.awake)
+        taken.awake = None
     if "freeze_gc" in taken.granted:
         gc.enable()
         gc.unfreeze()
@@ -99,6 +112,34 @@ def _may_lock() -> bool:
     return bool(int(effective, 16) >> _CAP_IPC_LOCK & 1)
 
 
+def _keep_awake(result: Realtime) -> str:
+    """No processor of the machine sleeps deeper than it wakes from at once, until `leave`."""
+    if not _SLEEP_STATES.exists():
+        return "no sleep states"  # then the kernel has no such device either
+    descriptor = _passed_by_systemd(_LATENCY_DEVICE.name)
+    if descriptor is None:
+        descriptor = os.open(_LATENCY_DEVICE, os.O_WRONLY | os.O_CLOEXEC)
+    try:
+        os.write(descriptor, _NO_LATENCY)
+    except OSError:
+        os.close(descriptor)
+        raise
+    result.awake = descriptor
+    return "0 us"
+
+
+def _passed_by_systemd(name: str) -> int | None:
+    """The descriptor that OpenFile= of the unit has opened under this name, or None (sd_listen_fds(3))."""
+    if os.environ.get("LISTEN_PID") != str(os.getpid()):
+        return None
+    names = os.environ.get("LISTEN_FDNAMES", "").split(":")
+    if name not in names:
+        return None
+    descriptor = _FIRST_PASSED + names.index(name)
+    os.set_inheritable(descriptor, False)
+    return descriptor
+
+
 def _stop_collector() -> str:
     """The tick makes no reference cycles; a collection in the middle of it would cost milliseconds."""
     gc.collect()
@@ -110,6 +151,7 @@ def _stop_collector() -> str:
 def _mend(option: str) -> str:
     mends = {
         "priority": "; CPUSchedulingPolicy=fifo and CPUSchedulingPriority= in the unit, or ulimit -r",
+        "cpu_awake": f"; OpenFile={_LATENCY_DEVICE}:cpu_dma_latency in the unit (systemd 253), or root",
         "cpus": "; CPUAffinity= in the unit says which there are",
         "lock_memory": "; LimitMEMLOCK=infinity in the unit, or ulimit -l unlimited",
     }

@@ -47,6 +47,12 @@ DAMPERS = re.search(r"\ndampers:.*?(?=\ncontrol:)", TEXT, re.DOTALL)[0]
 
 DEFECTS = {
     # name: (old, new, marker of the line, what is said)
+    "polling for all of the period": (
+        "poll_us: 60",
+        "poll_us: 1500",
+        "poll_us:",
+        "at most 1000, or the processor does nothing else",
+    ),
     "FD without its rate": (
         "fd: false",
         "fd: true",

@@ -16,6 +16,20 @@ from mrctl.runtime.loop import Loop
 PERIOD_NS = 2_000_000
 
 
+class Lateness(Histogram):
+    """Keeps every time, through the ends of seconds."""
+
+    __slots__ = ("times_ns",)
+
+    def __init__(self):
+        super().__init__()
+        self.times_ns = []
+
+    def add(self, time_ns):
+        self.times_ns.append(time_ns)
+        super().add(time_ns)
+
+
 class FakeTick:
     def __init__(self):
         self.periods = []
@@ -81,6 +95,68 @@ def test_a_late_tick_is_counted_and_skipped_without_a_burst():
 def test_ticks_and_skips_add_up_to_the_periods_elapsed(oversleep):
     loop, tick, _ = run(60, oversleep)
     assert loop.ticks + loop.skipped == sum(tick.periods) == CLOCK.now // PERIOD_NS
+
+
+class PolledClock(FakeClock):
+    """Time passes while it is looked at, and every sleep is noted."""
+
+    def __init__(self, look_ns, oversleep):
+        super().__init__()
+        self.look_ns = look_ns
+        self.oversleep = list(oversleep)
+        self.slept_until = []
+
+    def __call__(self):
+        self.now += self.look_ns
+        return self.now
+
+    def sleep(self, seconds):
+        assert seconds > 0.0
+        super().sleep(seconds)
+        self.slept_until.append(self.now)
+
+
+@given(
+    poll_us=st.floats(0.0, 1000.0),
+    look_ns=st.integers(100, 5000),
+    oversleep=st.lists(st.integers(0, 3 * PERIOD_NS) | st.integers(0, 200_000), max_size=30),
+)
+def test_polling_never_starts_a_tick_early_nor_polls_for_longer_than_it_may(poll_us, look_ns, oversleep):
+    clock = PolledClock(look_ns, oversleep)
+    poll_ns = round(1e3 * poll_us)
+    started, polled = [], []
+
+    class Tick(FakeTick):
+        def step(self, *given):
+            started.append(clock.now)
+            polled.append(clock.now - clock.slept_until[-1])
+            return super().step(*given)
+
+    late = Lateness()
+    tick = Tick()
+    loop = Loop(tick, FakePort(), 500.0, poll_us=poll_us, lateness=late, clock_ns=clock, sleep_s=clock.sleep)
+    loop.run(lambda: loop.ticks >= 40)
+    first_due = look_ns + PERIOD_NS
+    assert all(now >= first_due + k * PERIOD_NS for k, now in enumerate(started))
+    assert all(t >= 0 for t in late.times_ns)
+    # And the looks at the clock from which the sleep was reckoned, and that ended it.
+    assert max(polled) <= poll_ns + 3 * look_ns
+    assert loop.ticks + loop.skipped == (started[-1] - first_due) // PERIOD_NS + 1
+
+
+def test_a_loop_that_wakes_within_its_polling_is_on_time():
+    clock = PolledClock(10, [50_000] * 100)
+    late = Lateness()
+    loop = Loop(
+        FakeTick(), FakePort(), 500.0, poll_us=60.0, lateness=late, clock_ns=clock, sleep_s=clock.sleep
+    )
+    loop.run(lambda: loop.ticks >= 100)
+    assert max(late.times_ns) <= 10
+    clock = PolledClock(10, [50_000] * 100)
+    late = Lateness()
+    loop = Loop(FakeTick(), FakePort(), 500.0, lateness=late, clock_ns=clock, sleep_s=clock.sleep)
+    loop.run(lambda: loop.ticks >= 100)
+    assert min(late.times_ns) >= 50_000
 
 
 def test_frames_that_the_bus_does_not_take_are_counted():
