@@ -84,7 +84,7 @@ def diagnose(
     final = found[-1].proof if found else base
     stands = [(found[0], levels[0])] if len(found) == 1 else []
     if len(found) > 1:
-        stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final)
+        stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, levels)
     left = structure_of(final.fit, evidence.folds)
     balance = balance_of(evidence, final, left)
     removable = base.mean_square - final.mean_square + balance.left
@@ -157,20 +157,22 @@ def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
 
 
 def _confirmed(
-    evidence: Evidence, candidates: list[Effect], chosen: list[Effect], final: Proof
+    evidence: Evidence, candidates: list[Effect], chosen: list[Effect], final: Proof, levels: list[Level]
 ) -> tuple[list[tuple[Trial, Level]], Proof]:
     """Each effect as if it were the last one added, beside all that could stand in its place.
 
     One that the others made needless is dropped; one that another fits clearly better is exchanged.
     """
-    todo = list(chosen)
+    last, found = levels[len(chosen) - 1], final
     stands: list[tuple[Trial, Level]] = []
-    while todo:
-        effect = todo.pop(0)
+    for effect in chosen:
         others = {e.name for e in final.fit.model.effects.chosen} - {effect.name}
-        smaller = without(final, effect.name, evidence.folds)
         rest = [c for c in candidates if c.name not in others]
-        level = search_level(smaller, rest, evidence.folds, near=CLOSE)
+        if effect is chosen[-1] and final is found:
+            level = last  # it was the last one added, and nothing has changed since
+        else:
+            smaller = without(final, effect.name, evidence.folds)
+            level = search_level(smaller, rest, evidence.folds, near=CLOSE)
         smaller = level.before
         good = [t for t in level.trials if accepted(t, smaller, len(rest))]
         if not good:

@@ -7,13 +7,13 @@ out; so does a cut below a force that no compression exceeds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import base
+from mrctl.identify.batch import Batch
 from mrctl.identify.joint import JointFit, JointModel
 
 Array = NDArray[np.float64]
@@ -36,10 +36,11 @@ class _Trusting(JointModel):
         plain = super().residuals(theta)
         return [t[t.size - r.size :] * r for t, r in zip(self.trust, plain, strict=True)]
 
-    def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:
-        for t, (rest, rows) in zip(self.trust, super().jacobians(theta), strict=True):
-            own = t[t.size - rest.size :]
-            yield own * rest, replace(rows, values=rows.values * own)
+    def block_weights(self, batch: Batch, theta: Array) -> Array:
+        roots = super().block_weights(batch, theta)
+        for k, own in zip(batch.records, batch.blocks(roots), strict=True):
+            np.multiply(own, self.trust[k], out=own)
+        return roots
 
 
 def second_opinions(fit: JointFit) -> list[JointFit]:

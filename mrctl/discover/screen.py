@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from mrctl.discover.tangent import Tangent
+from mrctl.identify.batch import in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.model.effects.base import Effect, Ranges, Vector
@@ -214,10 +215,11 @@ def _bounded_step(normal: Array, right: Array, lower: Array, upper: Array) -> Ar
 def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely."""
     screen = Screen(tangent)
-    glances = [screen.glance(one) for one in candidates]
+    glances = in_parallel(screen.glance, candidates)
     order = sorted(range(len(candidates)), key=lambda k: -max(gain for gain, _ in glances[k]))
-    seen = []
-    for place, k in enumerate(order):
-        _, start = max(glances[k], key=lambda one: one[0])
-        seen.append(screen.climb(candidates[k], start) if place < most else screen.at(candidates[k], start))
-    return sorted(seen, key=lambda one: -one.gain)
+
+    def look(place: int) -> Look:
+        effect, (_, start) = candidates[order[place]], max(glances[order[place]], key=lambda one: one[0])
+        return screen.climb(effect, start) if place < most else screen.at(effect, start)
+
+    return sorted(in_parallel(look, range(len(order))), key=lambda one: -one.gain)

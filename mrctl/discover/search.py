@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from mrctl.discover.proof import Proof, chance, log_gain, prove
 from mrctl.discover.robust import second_opinions
 from mrctl.discover.screen import Look, looks, ranges_of
 from mrctl.discover.tangent import Tangent
+from mrctl.identify.batch import in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit
 from mrctl.identify.penalties import Penalty
@@ -78,18 +80,19 @@ def search_level(
     seen = looks(tangent, candidates)
     done("every candidate")
     best = seen[0].gain if seen else 0.0
-    trials = []
-    for one in seen[:MOST_FITTED]:
-        if one.gain <= (_DEAR if one.effect.stage is Stage.MOTION else near) * best or not one.free.any():
-            continue
-        trials.append(tried(before, tangent, one, folds))
-        done(one.effect.name)
+    promising = [
+        one
+        for one in seen[:MOST_FITTED]
+        if one.gain > (_DEAR if one.effect.stage is Stage.MOTION else near) * best and one.free.any()
+    ]
+    trials = in_parallel(partial(_tried, before, tangent, folds), promising)
+    done(", ".join(one.effect.name for one in promising))
     for other in second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage is not Stage.MOTION]
-        for one in looks(frozen, cheap)[:MOST_SECOND]:
-            trial = tried(before, frozen, one, folds)
-            same = next((t for t in trials if t.effect.name == one.effect.name), None)
+        few = looks(frozen, cheap)[:MOST_SECOND]
+        for trial in in_parallel(partial(_tried, before, frozen, folds), few):
+            same = next((t for t in trials if t.effect.name == trial.effect.name), None)
             if same is None or trial.proof.mean_square < same.proof.mean_square:
                 trials = [t for t in trials if t is not same] + [trial]
         done("a second opinion")
@@ -117,7 +120,7 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
     there = best.fit.theta[:size]
     before = _again(before, there, folds)
     least = CLOSE_TRIAL * best.gain
-    trials = [t if t is best else _from(t, there, least, folds) for t in trials]
+    trials = in_parallel(lambda t: t if t is best else _from(t, there, least, folds), trials)
     colour = min(trials, key=lambda t: t.proof.mean_square).proof.colour
     return before, [_judged(before, t, colour) for t in trials]
 
@@ -159,6 +162,10 @@ def tried(before: Proof, tangent: Tangent, look: Look, folds: Folds) -> Trial:
     proof = prove(grown(tangent, look), folds)
     gain = log_gain(before, proof)
     return Trial(look.effect, look, proof, gain, chance(gain, int(np.count_nonzero(look.free))))
+
+
+def _tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:
+    return tried(before, tangent, look, folds)
 
 
 def grown(before: Tangent, look: Look) -> JointFit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,29 +13,38 @@ from mrctl.identify.knots import Located, locate
 from mrctl.identify.layout import Layout, Tables
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """A record's motion, current and temperature, located among the layout's knots."""
+    """Motion, current and temperature of a record, or of several end to end, among the layout's knots."""
 
     rate_hz: float
     current_a: Array
     velocity: Located
     current: Located
     temperature: Located
+    starts: Ints  # where each record begins, and where the last one ends
 
     @classmethod
     def of(
-        cls, layout: Layout, rate_hz: float, velocity_m_s: Array, current_a: Array, temperature_c: Array
+        cls,
+        layout: Layout,
+        rate_hz: float,
+        velocity_m_s: Array,
+        current_a: Array,
+        temperature_c: Array,
+        starts: Ints | None = None,
     ) -> Inputs:
-        """Locate n samples of each."""
+        """Locate n samples of each; `starts`: of the records, when there are several."""
         return cls(
             rate_hz,
             current_a,
             locate(velocity_m_s, layout.velocity_m_s),
             locate(current_a, layout.current_a),
             locate(temperature_c, layout.temperature_c),
+            np.array([0, current_a.size]) if starts is None else starts,
         )
 
 
@@ -75,7 +84,7 @@ def backbone(inputs: Inputs, t: Tables) -> Backbone:
 def force(inputs: Inputs, t: Tables) -> Array:
     """The model's force in N at each sample, the filter settled on the first."""
     b, a = hysteresis.discretise(t.filter, inputs.rate_hz)
-    return hysteresis.filtered(b, a, backbone(inputs, t).force_n)
+    return hysteresis.filtered(b, a, backbone(inputs, t).force_n, inputs.starts)
 
 
 def averaged(x: Array, factor: int) -> Array:
@@ -96,106 +105,102 @@ class Rows:
 
 @dataclass(frozen=True, slots=True)
 class StaticRows:
-    """Derivatives of the static force, and of its level f h, by the tables' parameters (n // factor each).
+    """Derivatives of the static force by the tables' parameters, in a matrix with room for more rows.
 
-    The level has no derivatives by g; its rows are those of the first `levels` parameters.
+    The first `level` rows are those by f, h and their transition; g's follow.
     """
 
-    static: Array
-    level: Array
+    values: Array  # (rows and room, n // factor)
     index: NDArray[np.intp]
     shared: int  # increments of f below the first one in use: they act as it does
+    level: int
 
-    def dealt(self, values: Array) -> Rows:
-        """Rows made of `static`, with the first one repeated for the increments that share it."""
-        if not self.shared:
-            return Rows(values, self.index)
-        lower = self.index[0] - self.shared + np.arange(self.shared)
-        return Rows(
-            np.concatenate([np.repeat(values[:1], self.shared, axis=0), values]),
-            np.concatenate([lower, self.index]),
-        )
+    @property
+    def static(self) -> Array:
+        """The rows that differ."""
+        return self.values[self.shared : self.index.size]
+
+    def with_filter(
+        self, layout: Layout, t: Tables, rate_hz: float, u: Array, y: Array, starts: Ints
+    ) -> Rows:
+        """All rows, with those of the filter that makes y of u; `starts` of the records."""
+        self.values[: self.shared] = self.values[self.shared]
+        if not layout.order:
+            return Rows(self.values, self.index)
+        part = layout.parts["filter"]
+        at = self.index.size
+        by_filter = hysteresis.sensitivities(t.filter, rate_hz, u, y, starts)
+        self.values[at : at + by_filter.shape[0]] = by_filter
+        return Rows(self.values, np.concatenate([self.index, np.arange(part.start, part.stop)]))
 
 
 def static_rows(
-    inputs: Inputs, layout: Layout, t: Tables, factor: int = 1, gain: Array | None = None
+    inputs: Inputs, layout: Layout, t: Tables, factor: int = 1, gain: Array | None = None, room: int = 0
 ) -> StaticRows:
     """How the static force moves with the tables, averaged over `factor` samples.
 
-    `gain`: what effects multiply the static force by, sample by sample.
+    gain: what effects multiply the static force by, sample by sample. room: rows to leave for effects.
     """
     parts = layout.parts
     bb = backbone(inputs, t)
-    g = bb.g if gain is None else bb.g * gain
-    level: list[Array] = []
-    rows: list[Array] = []
-    where: list[NDArray[np.intp]] = []
-
-    def add(by_level: Callable[[Array], Array], index: NDArray[np.intp]) -> None:
-        rows.append(by_level(g))
-        level.append(by_level(np.ones_like(g)) if gain is not None else np.zeros((0, 0)))
-        where.append(index)
-
-    # f: an increment reaches every knot above it, so hats are summed from the top.
-    first_f = int(inputs.current.below.min())
-
-    def by_f(weight: Array) -> Array:
-        hats, _ = inputs.current.hats(weight * bb.h * layout.force_scale_n, factor)
-        return np.asarray(np.cumsum(hats[::-1], axis=0)[::-1], dtype=np.float64)
-
-    count = int(inputs.current.below.max()) - first_f + (2 if inputs.current.count > 1 else 1)
-    add(by_f, np.arange(first_f, first_f + count) + parts["f"].start)
-    if layout.free_h.size:
-        _add_h(inputs, layout, t, bb, factor, add)
-    if layout.free_blend:
-        width = max(t.on_above_a - t.off_below_a, 1e-9)
-        inside = (inputs.current_a >= t.off_below_a) & (inputs.current_a <= t.on_above_a)
-        by_w = np.where(inside, bb.f * (bb.h_on - bb.h_off), 0.0) / width
-        add(
-            lambda weight: averaged(np.stack([weight * by_w * (bb.w - 1.0), -weight * by_w * bb.w]), factor),
-            np.arange(parts["blend"].start, parts["blend"].stop),
-        )
-
-    fh = bb.f * bb.h if gain is None else bb.f * bb.h * gain
-    hats, first = inputs.velocity.hats(fh, factor)
+    level, index = level_rows(inputs, layout, t, bb.g if gain is None else bb.g * gain, factor)
     position = np.full(inputs.velocity.count, -1)
     position[layout.free_g] = np.arange(layout.free_g.size)
-    kept = np.flatnonzero((position[first : first + hats.shape[0]] >= 0) & hats.any(axis=1))
-    rows.append(hats[kept])
-    where.append(position[first + kept] + parts["g"].start)
+    first, used = inputs.velocity.span
+    kept = np.flatnonzero(position[first : first + used] >= 0)
+    shared = int(inputs.current.below.min())
+    count = shared + index.size + kept.size
+    values = np.empty((count + parts["filter"].stop - parts["filter"].start + room, level.shape[1]))
+    values[shared : shared + index.size] = level
+    fh = bb.f * bb.h if gain is None else bb.f * bb.h * gain
+    inputs.velocity.fill_hats(fh, factor, values[shared + index.size : count], kept)
+    lower = index[0] - shared + np.arange(shared)
     return StaticRows(
-        np.concatenate(rows),
-        np.concatenate(level) if gain is not None else np.zeros((0, 0)),
-        np.concatenate(where),
-        first_f,
+        values,
+        np.concatenate([lower, index, position[first + kept] + parts["g"].start]),
+        shared,
+        index.size,
     )
 
 
-def _add_h(
-    inputs: Inputs,
-    layout: Layout,
-    t: Tables,
-    bb: Backbone,
-    factor: int,
-    add: Callable[[Callable[[Array], Array], NDArray[np.intp]], None],
-) -> None:
+def level_rows(
+    inputs: Inputs, layout: Layout, t: Tables, weight: Array, factor: int = 1
+) -> tuple[Array, NDArray[np.intp]]:
+    """How f h moves with f, h and their transition, times a weight (n): rows (m, n // factor), parameters."""
+    parts = layout.parts
+    bb = backbone(inputs, t)
+    first_f, _ = inputs.current.span
+    # f: an increment reaches every knot above it, so hats are summed from the top.
+    hats = inputs.current.hats(weight * bb.h * layout.force_scale_n, factor)
+    rows = [np.cumsum(hats[::-1], axis=0)[::-1]]
+    where = [np.arange(first_f, first_f + hats.shape[0]) + parts["f"].start]
+    if layout.free_h.size:
+        for values, index in _h_rows(inputs, layout, t, bb, weight, factor):
+            rows.append(values)
+            where.append(index)
+    if layout.free_blend:
+        width = max(t.on_above_a - t.off_below_a, 1e-9)
+        inside = (inputs.current_a >= t.off_below_a) & (inputs.current_a <= t.on_above_a)
+        by_w = weight * np.where(inside, bb.f * (bb.h_on - bb.h_off), 0.0) / width
+        rows.append(averaged(np.stack([by_w * (bb.w - 1.0), -by_w * bb.w]), factor))
+        where.append(np.arange(parts["blend"].start, parts["blend"].stop))
+    return np.concatenate(rows), np.concatenate(where)
+
+
+def _h_rows(
+    inputs: Inputs, layout: Layout, t: Tables, bb: Backbone, weight: Array, factor: int
+) -> Iterator[tuple[Array, NDArray[np.intp]]]:
     position = np.full(inputs.temperature.count, -1)
     position[layout.free_h] = np.arange(layout.free_h.size)
     states = [("h_on", t.h_on, bb.w if layout.two_states else np.ones_like(bb.w))]
     if layout.two_states:
         states.append(("h_off", t.h_off, 1.0 - bb.w))
-    first = int(inputs.temperature.below.min())
-    count = int(inputs.temperature.below.max()) - first + (2 if inputs.temperature.count > 1 else 1)
-    kept = np.flatnonzero(position[first : first + count] >= 0)
+    first, used = inputs.temperature.span
+    kept = np.flatnonzero(position[first : first + used] >= 0)
     for name, table, share in states:
-        if not np.any(share) or not kept.size:
-            continue
-        scale = table[first + kept, None]
-
-        def by_h(weight: Array, share: Array = share, scale: Array = scale) -> Array:
-            return np.asarray(inputs.temperature.hats(weight * bb.f * share, factor)[0][kept] * scale)
-
-        add(by_h, position[first + kept] + layout.parts[name].start)
+        if np.any(share) and kept.size:
+            hats = inputs.temperature.hats(weight * bb.f * share, factor)[kept]
+            yield hats * table[first + kept, None], position[first + kept] + layout.parts[name].start
 
 
 def linearise(inputs: Inputs, layout: Layout, t: Tables, factor: int = 1) -> tuple[Array, Rows]:
@@ -205,19 +210,8 @@ def linearise(inputs: Inputs, layout: Layout, t: Tables, factor: int = 1) -> tup
     little above the coarser rate, and saves most of the time.
     """
     u = backbone(inputs, t).force_n
-    y = hysteresis.filtered(*hysteresis.discretise(t.filter, inputs.rate_hz), u)
+    y = hysteresis.filtered(*hysteresis.discretise(t.filter, inputs.rate_hz), u, inputs.starts)
     rows = static_rows(inputs, layout, t, factor)
-    rate = inputs.rate_hz / factor
-    dealt = rows.dealt(hysteresis.filtered(*hysteresis.discretise(t.filter, rate), rows.static))
-    return y, with_filter_rows(dealt, layout, t, rate, averaged(u, factor), averaged(y, factor))
-
-
-def with_filter_rows(rows: Rows, layout: Layout, t: Tables, rate_hz: float, u: Array, y: Array) -> Rows:
-    """The rows, with those of the filter that makes y of u."""
-    if not layout.order:
-        return rows
-    part = layout.parts["filter"]
-    return Rows(
-        np.concatenate([rows.values, hysteresis.sensitivities(t.filter, rate_hz, u, y)]),
-        np.concatenate([rows.index, np.arange(part.start, part.stop)]),
-    )
+    rate, starts = inputs.rate_hz / factor, inputs.starts // factor
+    hysteresis.filter_rows(*hysteresis.discretise(t.filter, rate), rows.static, starts)
+    return y, rows.with_filter(layout, t, rate, averaged(u, factor), averaged(y, factor), starts)

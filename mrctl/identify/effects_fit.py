@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from mrctl.identify import base, hysteresis
 from mrctl.identify.layout import Layout, Tables
-from mrctl.identify.records import Record
 from mrctl.model.damper import Damper, Span
 from mrctl.model.effects.base import Effect, Parameter, Settings, Stage, Vector
 from mrctl.model.filters import Filter
@@ -93,18 +92,6 @@ def _rank(effect: Effect) -> tuple[int, str]:
     return effect.rank, effect.name
 
 
-def simulation_run(record: Record) -> Run:
-    """The record as the simulation takes it."""
-    return Run.of(
-        1.0 / record.rate_hz,
-        record.velocity_m_s,
-        record.current_a,
-        record.temperature_c,
-        record.displacement_m,
-        record.acceleration_m_s2,
-    )
-
-
 def bare_damper(layout: Layout, t: Tables, rate_hz: float) -> Damper:
     """What the forward simulation needs: tables and the filter at a rate, no limits, no inverse."""
     g = np.where(layout.velocity_m_s == 0.0, 0.0, t.g)
@@ -173,12 +160,12 @@ def linearise(
     settings = effects.settings(theta)
     here = dampers.traced(run, settings, like)
     rate = 1.0 / run.dt_s
-    inputs = base.Inputs.of(layout, rate, here.velocity_m_s, here.current_a, here.temperature_c)
+    inputs = base.Inputs.of(layout, rate, here.velocity_m_s, here.current_a, here.temperature_c, run.starts)
     gain = np.ones(run.size)
     for by in here.factors.values():
         gain = gain * by
-    static = base.static_rows(inputs, layout, t, factor, gain)
-    coarse_rate, dt = rate / factor, factor * run.dt_s
+    static = base.static_rows(inputs, layout, t, factor, gain, effects.size)
+    coarse_rate, dt, starts = rate / factor, factor * run.dt_s, run.starts // factor
 
     def mean(x: Array) -> Array:
         return np.ascontiguousarray(base.averaged(x, factor))
@@ -189,38 +176,34 @@ def linearise(
         mean(here.displacement_m),
         mean(here.level_n),
     )
-    rows = static.static
     if settings[Stage.YIELD]:
-        rows = _pushed(
-            rows,
-            static.level,
+        level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), factor)
+        static.static[:] = _pushed(
+            static.static,
+            level_rows,
             u,
             level,
-            lambda f, lev: stages.yielding(settings[Stage.YIELD], f, v, x, lev, dt),
+            lambda f, lev: stages.yielding(settings[Stage.YIELD], f, v, x, lev, dt, starts),
         )
-    rows = hysteresis.filtered(*hysteresis.discretise(t.filter, coarse_rate), rows)
-    dealt = base.with_filter_rows(
-        static.dealt(rows), layout, t, coarse_rate, mean(here.yielded_n), mean(here.filtered_n)
-    )
-    values = dealt.values
-    if settings[Stage.LIMIT] or settings[Stage.OUTPUT]:
+    hysteresis.filter_rows(*hysteresis.discretise(t.filter, coarse_rate), static.static, starts)
+    rows = static.with_filter(layout, t, coarse_rate, mean(here.yielded_n), mean(here.filtered_n), starts)
+    own = rows.index.size
+    values = rows.values[:own]
+    if settings[Stage.MOTION]:
+        values[:] = dampers.differences(
+            run, np.concatenate([layout.pack(t), theta]), rows.index,
+            lambda: _differences(run, layout, t, settings, here, factor, rows.index),
+        )  # fmt: skip
+    elif settings[Stage.LIMIT] or settings[Stage.OUTPUT]:
 
         def after(force: Array, _: Array) -> Array:
-            limited = stages.limited(settings[Stage.LIMIT], force, v, x, dt)
-            return stages.measured(settings[Stage.OUTPUT], limited, dt)
+            limited = stages.limited(settings[Stage.LIMIT], force, v, x, dt, starts)
+            return stages.measured(settings[Stage.OUTPUT], limited, dt, starts)
 
         total = mean(here.sum_n)
-        values = _pushed(values, np.zeros((0, 0)), total, total, after)
-    if settings[Stage.MOTION]:
-        values = dampers.differences(
-            run, np.concatenate([layout.pack(t), theta]), dealt.index,
-            lambda: _differences(run, layout, t, settings, here, factor, dealt.index),
-        )  # fmt: skip
-    own = _own_slopes(run, dampers, effects, theta, here, factor)
-    return here, base.Rows(
-        np.concatenate([values, own]),
-        np.concatenate([dealt.index, layout.size + np.arange(effects.size)]),
-    )
+        values[:] = _pushed(values, np.zeros((0, 0)), total, total, after)
+    _own_slopes(run, dampers, effects, theta, here, factor, rows.values[own:])
+    return here, base.Rows(rows.values, np.concatenate([rows.index, layout.size + np.arange(effects.size)]))
 
 
 def _differences(
@@ -262,15 +245,13 @@ def _pushed(
 
 
 def _own_slopes(
-    run: Run, dampers: Dampers, effects: Effects, theta: Array, here: Trace, factor: int
-) -> Array:
-    """Differences of the force by each effect parameter, away from the nearer bound."""
+    run: Run, dampers: Dampers, effects: Effects, theta: Array, here: Trace, factor: int, rows: Array
+) -> None:
+    """Differences of the force by each effect parameter, away from the nearer bound, into `rows`."""
     _, upper = effects.bounds()
-    rows = np.zeros((effects.size, run.size // factor))
     for k in range(effects.size):
         small = SLOPE_STEP if theta[k] + SLOPE_STEP <= upper[k] else -SLOPE_STEP
         moved = theta.copy()
         moved[k] += small
         there = dampers.traced(run, effects.settings(moved), here)
         rows[k] = base.averaged(there.force_n - here.force_n, factor) / small
-    return rows

@@ -8,12 +8,15 @@ pushes its own error onto the effect.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import base, effects_fit, hysteresis
+from mrctl.identify.batch import Batch, batches, in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.noise import coloured_gram, correlation_inflation, record_noise
@@ -21,7 +24,7 @@ from mrctl.identify.penalties import Penalty, base_penalties
 from mrctl.identify.records import Record
 from mrctl.identify.solver import Normal, Solution, covariance, solve
 from mrctl.model.effects.base import Vector
-from mrctl.simulate import Run, Trace
+from mrctl.simulate import Trace
 
 Array = NDArray[np.float64]
 
@@ -46,23 +49,25 @@ class JointModel:
     layout: Layout
     records: Sequence[Record]
     effects: Effects = field(default_factory=lambda: Effects(()))
-    inputs: list[base.Inputs] = field(init=False, repr=False)
+    batches: list[Batch] = field(init=False, repr=False)
     weights: Array = field(init=False, repr=False)
     noise_n: Array = field(init=False, repr=False)
-    _runs: list[Run] = field(init=False, repr=False, default_factory=list)
     _traces: list[Trace | None] = field(init=False, repr=False, default_factory=list)
     _kept: effects_fit.Kept = field(init=False, repr=False, default_factory=effects_fit.Kept)
 
     def __post_init__(self) -> None:
-        self.inputs = [
+        self.batches = batches(self.layout, self.records, self.factor)
+        self.noise_n = np.full(len(self.records), 0.05 * self.layout.force_scale_n)
+        self.weights = 1.0 / self.noise_n**2
+        self.forget()
+
+    @cached_property
+    def inputs(self) -> list[base.Inputs]:
+        """Each record's motion, current and temperature among the knots."""
+        return [
             base.Inputs.of(self.layout, r.rate_hz, r.velocity_m_s, r.current_a, r.temperature_c)
             for r in self.records
         ]
-        self.noise_n = np.full(len(self.records), 0.05 * self.layout.force_scale_n)
-        self.weights = 1.0 / self.noise_n**2
-        if self.effects.size:
-            self._runs = [effects_fit.simulation_run(r) for r in self.records]
-        self._traces = [None] * len(self.records)
 
     def on(self, records: Sequence[Record]) -> JointModel:
         """The same model on other records: held-out ones, or a part."""
@@ -70,13 +75,14 @@ class JointModel:
 
     def with_effects(self, effects: Effects) -> JointModel:
         """The same base on the same records with other effects; weights stay."""
-        model = JointModel(self.layout, self.records, effects)
-        model.weights, model.noise_n = self.weights, self.noise_n
+        model = copy(self)
+        model.effects = effects
+        model.forget()
         return model
 
     def forget(self) -> None:
         """Let go of the kept simulations and slopes; they are made again when asked for."""
-        self._traces = [None] * len(self.records)
+        self._traces = [None] * len(self.batches)
         self._kept = effects_fit.Kept()
 
     @property
@@ -116,14 +122,25 @@ class JointModel:
 
     def predict(self, theta: Array) -> list[Array]:
         """Force in N of each record."""
+        found: dict[int, Array] = {}
+        for batch, force in zip(self.batches, self._forces(theta), strict=True):
+            found |= zip(batch.records, batch.samples(force), strict=True)
+        return [found[k] for k in range(len(self.records))]
+
+    def _forces(self, theta: Array) -> list[Array]:
+        """Force in N of each batch."""
         tables = self.tables(theta)
         if not self.effects.size:
-            return [base.force(x, tables) for x in self.inputs]
+            return in_parallel(lambda k: base.force(self.batches[k].inputs, tables), range(len(self.batches)))
         settings = self.effects.settings(theta[self.layout.size :])
         dampers = effects_fit.Dampers(self.layout, tables)
-        for k, run in enumerate(self._runs):
-            self._traces[k] = dampers.traced(run, settings, self._traces[k])
-        return [t.force_n for t in self._traces if t is not None]
+
+        def force(k: int) -> Array:
+            trace = dampers.traced(self.batches[k].run, settings, self._traces[k])
+            self._traces[k] = trace
+            return trace.force_n
+
+        return in_parallel(force, range(len(self.batches)))
 
     def errors(self, theta: Array) -> list[Array]:
         """Measured less predicted force in N of each record, every sample."""
@@ -142,36 +159,66 @@ class JointModel:
 
     def cost(self, theta: Array) -> float:
         """Half the weighted square sum."""
-        return 0.5 * float(
-            sum(w * float(r @ r) for w, r in zip(self.weights, self.residuals(theta), strict=True))
-        )
+        total = 0.0
+        for batch, force in zip(self.batches, self._forces(theta), strict=True):
+            rest = base.averaged(batch.force_n - force, batch.factor) * self.block_weights(batch, theta)
+            total += 0.5 * float(rest @ rest)
+        return total
+
+    def block_weights(self, batch: Batch, theta: Array) -> Array:
+        """The root of each block's weight: 0 where a record's past is unknown or its end is filled up."""
+        roots = np.zeros(int(batch.block_starts[-1]))
+        for k, part in zip(batch.records, batch.blocks(roots), strict=True):
+            part[self.settle_blocks(theta, self.records[k]) :] = np.sqrt(self.weights[k])
+        return roots
+
+    def _linear(self, theta: Array, number: int, dampers: effects_fit.Dampers) -> tuple[Array, base.Rows]:
+        """A batch's residual (blocks) and the force's slopes (m, blocks)."""
+        batch = self.batches[number]
+        if self.effects.size:
+            at = theta[self.layout.size :]
+            trace, rows = effects_fit.linearise(
+                batch.run, dampers, self.effects, at, batch.factor, self._traces[number]
+            )
+            self._traces[number] = trace
+            force = trace.force_n
+        else:
+            force, rows = base.linearise(batch.inputs, self.layout, dampers.tables, batch.factor)
+        return base.averaged(batch.force_n - force, batch.factor), rows
 
     def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:
         """Record by record: residual (n) and the force's slopes (m, n) by the parameters it sees."""
-        tables = self.tables(theta)
-        dampers = effects_fit.Dampers(self.layout, tables, self._kept)
+        dampers = effects_fit.Dampers(self.layout, self.tables(theta), self._kept)
+        waiting: dict[int, tuple[Array, base.Rows]] = {}
+        number = 0
         for k, record in enumerate(self.records):
-            factor = self.factor(record)
-            if self.effects.size:
-                at = theta[self.layout.size :]
-                trace, rows = effects_fit.linearise(
-                    self._runs[k], dampers, self.effects, at, factor, self._traces[k]
-                )
-                self._traces[k] = trace
-                force = trace.force_n
-            else:
-                force, rows = base.linearise(self.inputs[k], self.layout, tables, factor)
+            while k not in waiting:
+                batch = self.batches[number]
+                rest, rows = self._linear(theta, number, dampers)
+                parts = zip(batch.blocks(rest), batch.blocks(rows.values), strict=True)
+                waiting |= {
+                    n: (r, replace(rows, values=v)) for n, (r, v) in zip(batch.records, parts, strict=True)
+                }
+                number += 1
+            rest, rows = waiting.pop(k)
             skip = self.settle_blocks(theta, record)
-            rest = base.averaged(record.force_n - force, factor)[skip:]
-            yield rest, replace(rows, values=rows.values[:, skip:])
+            yield rest[skip:], replace(rows, values=rows.values[:, skip:])
 
     def normal(self, theta: Array) -> Normal:
-        """Weighted normal equations, record by record, so that memory does not grow with the data."""
+        """Weighted normal equations, batch by batch, so that memory does not grow with the data."""
+        dampers = effects_fit.Dampers(self.layout, self.tables(theta), self._kept)
+
+        def part(k: int) -> tuple[NDArray[np.intp], Array, Array, float]:
+            rest, rows = self._linear(theta, k, dampers)
+            roots = self.block_weights(self.batches[k], theta)
+            rest, values = rest * roots, np.multiply(rows.values, roots, out=rows.values)
+            return rows.index, values @ values.T, values @ rest, 0.5 * float(rest @ rest)
+
         matrix, right, cost = np.zeros((self.size, self.size)), np.zeros(self.size), 0.0
-        for weight, (rest, rows) in zip(self.weights, self.jacobians(theta), strict=True):
-            matrix[np.ix_(rows.index, rows.index)] += weight * (rows.values @ rows.values.T)
-            right[rows.index] += weight * (rows.values @ rest)
-            cost += 0.5 * weight * float(rest @ rest)
+        for index, own, own_right, own_cost in in_parallel(part, range(len(self.batches))):
+            matrix[np.ix_(index, index)] += own
+            right[index] += own_right
+            cost += own_cost
         return Normal(matrix, right, cost)
 
     def bounds(self, *, minimum_phase: bool = False) -> tuple[Array, Array]:

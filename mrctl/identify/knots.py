@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from mrctl.identify.records import Record
@@ -146,21 +147,39 @@ class Located:
         inside = (self.share > 0.0) & (self.share < 1.0)
         return np.where(inside, steep[self.below], 0.0)
 
-    def hats(self, weight: Array, factor: int = 1) -> tuple[Array, int]:
-        """Weight times the hat functions of the knots in use, averaged over `factor` samples.
-
-        Returns (knots in use, n // factor) and the number of the first of these knots.
-        """
-        blocks = self.below.size // factor
-        n = blocks * factor
+    @property
+    def span(self) -> tuple[int, int]:
+        """The first knot in use, and how many there are from it to the last one."""
         first = int(self.below.min())
-        used = int(self.below.max()) - first + (2 if self.count > 1 else 1)
-        at = np.repeat(np.arange(blocks), factor) if factor > 1 else np.arange(blocks)
-        flat = (self.below[:n] - first) * blocks + at
-        out = np.bincount(flat, weight[:n] * (1.0 - self.share[:n]), used * blocks)
-        if self.count > 1:
-            out += np.bincount(flat + blocks, weight[:n] * self.share[:n], used * blocks)
-        return out.reshape(used, blocks) / factor, first
+        return first, int(self.below.max()) - first + (2 if self.count > 1 else 1)
+
+    def hats(self, weight: Array, factor: int = 1) -> Array:
+        """Weight times the hat functions of the knots in use, averaged: (knots of `span`, n // factor)."""
+        _, used = self.span
+        out = np.empty((used, self.below.size // factor))
+        self.fill_hats(weight, factor, out, np.arange(used))
+        return out
+
+    def fill_hats(self, weight: Array, factor: int, out: Array, kept: NDArray[np.intp]) -> None:
+        """As `hats`, of some knots of the span only, into `out` (kept, n // factor)."""
+        first, used = self.span
+        rows = np.full(used + 1, -1, dtype=np.intp)
+        rows[kept] = np.arange(kept.size)
+        _scatter(self.below, self.share, weight, first, factor, rows, out)
+
+
+@njit(cache=True, nogil=True)
+def _scatter(below, share, weight, first, factor, rows, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    out[:] = 0.0
+    for block in range(out.shape[1]):
+        for k in range(block * factor, (block + 1) * factor):
+            at = below[k] - first
+            by = weight[k] / factor
+            low, high = rows[at], rows[at + 1]
+            if low >= 0:
+                out[low, block] += by * (1.0 - share[k])
+            if high >= 0:
+                out[high, block] += by * share[k]
 
 
 def locate(x: Array, knots: Array) -> Located:

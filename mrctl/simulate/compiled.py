@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from threading import RLock
 from types import FunctionType
 from typing import Any, cast
 
@@ -30,6 +31,7 @@ from mrctl.simulate import extension, loops
 Kernel = Callable[..., None]
 
 _known: set[FunctionType] = set()
+_compiling = RLock()
 
 
 def run_step(effect: Effect, *arguments: object) -> None:
@@ -55,9 +57,14 @@ def kernel(effect: Effect) -> Kernel:
     return compiled(loops.LOOPS[effect.stage], effect.step, effect.name)
 
 
-@cache
 def compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:
-    """The loop that `make_loop` builds around a step, compiled when first called."""
+    """The loop that `make_loop` builds around a step, compiled when first called; from any thread."""
+    with _compiling:
+        return _compiled(make_loop, step, name)
+
+
+@cache
+def _compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:
     used = _make_known(cast("FunctionType", step))
     loop = make_loop(step)
     files = _source_files([make_loop, extension.bisect_right, *used])

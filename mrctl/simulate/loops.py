@@ -1,7 +1,8 @@
 """One loop a stage: a step over whole arrays of one run. Plain Python; `compiled` makes them fast.
 
 A loop takes what the stage's step takes, its signals as arrays (n), and writes `out` (n); motion
-effects write two. The state, an array, is left as it is after the last sample.
+effects write two. The signals may be several stretches, end to end: `starts` (m + 1) is where each begins
+and the last one ends, `s` (m, k) each one's state, left as it is after its last sample.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from mrctl.model.effects.base import Stage, Step
 from mrctl.model.static import StaticTables
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 P = Sequence[float]
 LoopOf = Callable[[Step], Step]
 
@@ -25,89 +27,116 @@ def borrowed(tables: StaticTables) -> StaticTables:
 
 
 def _current(step: Step) -> Step:
-    def loop(p: P, s: Array, current_a: Array, dt_s: float, out: Array) -> None:
-        for k in range(out.size):
-            out[k] = step(p, s, current_a[k], dt_s)
+    def loop(p: P, s: Array, starts: Ints, current_a: Array, dt_s: float, out: Array) -> None:
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(p, own, current_a[k], dt_s)
 
     return loop
 
 
 def _temperature(step: Step) -> Step:
     def loop(
-        p: P, s: Array, temperature_c: Array, velocity_m_s: Array, current_a: Array, tables: StaticTables,
-        dt_s: float, out: Array,
+        p: P, s: Array, starts: Ints, temperature_c: Array, velocity_m_s: Array, current_a: Array,
+        tables: StaticTables, dt_s: float, out: Array,
     ) -> None:  # fmt: skip
         t = borrowed(tables)
-        for k in range(out.size):
-            out[k] = step(p, s, temperature_c[k], velocity_m_s[k], current_a[k], t, dt_s)
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(p, own, temperature_c[k], velocity_m_s[k], current_a[k], t, dt_s)
 
     return loop
 
 
 def _motion(step: Step) -> Step:
     def loop(
-        p: P, s: Array, velocity_m_s: Array, displacement_m: Array, current_a: Array, temperature_c: Array,
-        tables: StaticTables, dt_s: float, out_v: Array, out_x: Array,
+        p: P, s: Array, starts: Ints, velocity_m_s: Array, displacement_m: Array, current_a: Array,
+        temperature_c: Array, tables: StaticTables, dt_s: float, out_v: Array, out_x: Array,
     ) -> None:  # fmt: skip
         t = borrowed(tables)
-        for k in range(out_v.size):
-            v, x = step(p, s, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], t, dt_s)
-            out_v[k] = v
-            out_x[k] = x
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                v, x = step(
+                    p, own, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], t, dt_s
+                )
+                out_v[k] = v
+                out_x[k] = x
 
     return loop
 
 
 def _factor(step: Step) -> Step:
     def loop(
-        p: P, s: Array, velocity_m_s: Array, displacement_m: Array, current_a: Array, temperature_c: Array,
-        dt_s: float, out: Array,
+        p: P, s: Array, starts: Ints, velocity_m_s: Array, displacement_m: Array, current_a: Array,
+        temperature_c: Array, dt_s: float, out: Array,
     ) -> None:  # fmt: skip
-        for k in range(out.size):
-            out[k] = step(p, s, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], dt_s)
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(
+                    p, own, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], dt_s
+                )
 
     return loop
 
 
 def _yield(step: Step) -> Step:
     def loop(
-        p: P, s: Array, force_n: Array, velocity_m_s: Array, displacement_m: Array, level_n: Array,
-        dt_s: float, out: Array,
+        p: P, s: Array, starts: Ints, force_n: Array, velocity_m_s: Array, displacement_m: Array,
+        level_n: Array, dt_s: float, out: Array,
     ) -> None:  # fmt: skip
-        for k in range(out.size):
-            out[k] = step(p, s, force_n[k], velocity_m_s[k], displacement_m[k], level_n[k], dt_s)
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], level_n[k], dt_s)
 
     return loop
 
 
 def _additive(step: Step) -> Step:
     def loop(
-        p: P, s: Array, velocity_m_s: Array, displacement_m: Array, acceleration_m_s2: Array,
+        p: P, s: Array, starts: Ints, velocity_m_s: Array, displacement_m: Array, acceleration_m_s2: Array,
         current_a: Array, temperature_c: Array, dt_s: float, out: Array,
     ) -> None:  # fmt: skip
-        for k in range(out.size):
-            out[k] = step(
-                p, s, velocity_m_s[k], displacement_m[k], acceleration_m_s2[k], current_a[k],
-                temperature_c[k], dt_s,
-            )  # fmt: skip
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(
+                    p, own, velocity_m_s[k], displacement_m[k], acceleration_m_s2[k], current_a[k],
+                    temperature_c[k], dt_s,
+                )  # fmt: skip
 
     return loop
 
 
 def _limit(step: Step) -> Step:
     def loop(
-        p: P, s: Array, force_n: Array, velocity_m_s: Array, displacement_m: Array, dt_s: float, out: Array
+        p: P,
+        s: Array,
+        starts: Ints,
+        force_n: Array,
+        velocity_m_s: Array,
+        displacement_m: Array,
+        dt_s: float,
+        out: Array,
     ) -> None:
-        for k in range(out.size):
-            out[k] = step(p, s, force_n[k], velocity_m_s[k], displacement_m[k], dt_s)
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], dt_s)
 
     return loop
 
 
 def _output(step: Step) -> Step:
-    def loop(p: P, s: Array, force_n: Array, dt_s: float, out: Array) -> None:
-        for k in range(out.size):
-            out[k] = step(p, s, force_n[k], dt_s)
+    def loop(p: P, s: Array, starts: Ints, force_n: Array, dt_s: float, out: Array) -> None:
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(p, own, force_n[k], dt_s)
 
     return loop
 
@@ -136,9 +165,11 @@ def table(step: Step) -> Step:
 def filtered(step: Step) -> Step:
     """The loop over `iir_step`."""
 
-    def loop(c: P, s: Array, u: Array, out: Array) -> None:
-        for k in range(out.size):
-            out[k] = step(c, s, u[k])
+    def loop(c: P, s: Array, starts: Ints, u: Array, out: Array) -> None:
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(c, own, u[k])
 
     return loop
 

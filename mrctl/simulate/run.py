@@ -1,18 +1,24 @@
-"""What a damper was put through: one run's signals as arrays, ready for the compiled steps."""
+"""What a damper was put through: the signals as arrays, ready for the compiled steps."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """One run at a fixed step: motion, commanded current and case temperature; each (n), contiguous."""
+    """A run at a fixed step: motion, commanded current and case temperature; each (n), contiguous.
+
+    Or several stretches end to end, each with a start of its own: `starts` (stretches + 1) says where each
+    begins and where the last one ends.
+    """
 
     dt_s: float
     velocity_m_s: Array
@@ -21,6 +27,27 @@ class Run:
     displacement_m: Array
     acceleration_m_s2: Array
     has_displacement: bool
+    starts: Ints
+
+    @classmethod
+    def joined(cls, runs: Sequence[Run]) -> Run:
+        """Runs of one step, end to end. Raises ValueError where steps differ."""
+        if len({run.dt_s for run in runs}) != 1:
+            raise ValueError("runs that are joined have the same time step")
+        if len(runs) == 1:
+            return runs[0]
+        ends = np.cumsum([run.size for run in runs])
+        starts = [run.starts[:-1] + end - run.size for run, end in zip(runs, ends, strict=True)]
+        return cls(
+            runs[0].dt_s,
+            np.concatenate([run.velocity_m_s for run in runs]),
+            np.concatenate([run.current_a for run in runs]),
+            np.concatenate([run.temperature_c for run in runs]),
+            np.concatenate([run.displacement_m for run in runs]),
+            np.concatenate([run.acceleration_m_s2 for run in runs]),
+            all(run.has_displacement for run in runs),
+            np.concatenate([*starts, ends[-1:]]),
+        )
 
     @classmethod
     def of(
@@ -51,12 +78,18 @@ class Run:
             if acceleration_m_s2 is None
             else _signal("acceleration", acceleration_m_s2, n),
             displacement_m is not None,
+            whole(n),
         )
 
     @property
     def size(self) -> int:
         """The number of samples."""
         return self.velocity_m_s.size
+
+
+def whole(n: int) -> Ints:
+    """The starts of n samples that are one stretch."""
+    return np.array([0, n], dtype=np.int64)
 
 
 def backward_difference(velocity_m_s: Array, dt_s: float) -> Array:

@@ -18,7 +18,7 @@ from mrctl.model.static import StaticTables, force_level
 from mrctl.model.tables import interpolate
 from mrctl.simulate import loops
 from mrctl.simulate.compiled import compiled, run_step
-from mrctl.simulate.run import Array
+from mrctl.simulate.run import Array, Ints, whole
 
 Chosen = Sequence[tuple[Effect, Vector]]
 
@@ -37,11 +37,10 @@ def coefficients_at(h: Filter, dt_s: float) -> Coefficients:
     return h.resampled(1.0 / dt_s).coefficients
 
 
-def field_current(chosen: Chosen, current_a: Array, dt_s: float) -> Array:
+def field_current(chosen: Chosen, current_a: Array, dt_s: float, starts: Ints | None = None) -> Array:
     """The current in A that makes the field."""
     for effect, p in chosen:
-        state = _state(effect, p, current_a[0], dt_s)
-        current_a = _through(effect, p, state, current_a, dt_s)
+        current_a = _through(effect, p, starts, (current_a,), (dt_s,))
     return current_a
 
 
@@ -52,14 +51,12 @@ def fluid_temperature(
     current_a: Array,
     tables: StaticTables,
     dt_s: float,
+    starts: Ints | None = None,
 ) -> Array:
     """The fluid's temperature in degC."""
     for effect, p in chosen:
-        state = _state(effect, p, temperature_c[0], velocity_m_s[0], current_a[0], tables, dt_s)
-        compiled_tables = array_tables(tables)
-        temperature_c = _through(
-            effect, p, state, temperature_c, velocity_m_s, current_a, compiled_tables, dt_s
-        )
+        inputs = temperature_c, velocity_m_s, current_a
+        temperature_c = _through(effect, p, starts, inputs, (tables, dt_s))
     return temperature_c
 
 
@@ -71,14 +68,12 @@ def piston_motion(
     temperature_c: Array,
     tables: StaticTables,
     dt_s: float,
+    starts: Ints | None = None,
 ) -> tuple[Array, Array]:
     """The piston's velocity in m/s and displacement in m."""
     for effect, p in chosen:
         inputs = velocity_m_s, displacement_m, current_a, temperature_c
-        state = _state(effect, p, *(u[0] for u in inputs), tables, dt_s)
-        piston = np.empty_like(velocity_m_s), np.empty_like(velocity_m_s)
-        run_step(effect, p, state, *inputs, array_tables(tables), dt_s, *piston)
-        velocity_m_s, displacement_m = piston
+        velocity_m_s, displacement_m = _run(effect, p, starts, inputs, (tables, dt_s), 2)
     return velocity_m_s, displacement_m
 
 
@@ -104,27 +99,36 @@ def factor(
     current_a: Array,
     temperature_c: Array,
     dt_s: float,
+    starts: Ints | None = None,
 ) -> Array:
     """One effect's factor on the static force."""
     inputs = velocity_m_s, displacement_m, current_a, temperature_c
-    return _through(effect, p, _state(effect, p, *(u[0] for u in inputs), dt_s), *inputs, dt_s)
+    return _through(effect, p, starts, inputs, (dt_s,))
 
 
 def yielding(
-    chosen: Chosen, force_n: Array, velocity_m_s: Array, displacement_m: Array, level_n: Array, dt_s: float
+    chosen: Chosen,
+    force_n: Array,
+    velocity_m_s: Array,
+    displacement_m: Array,
+    level_n: Array,
+    dt_s: float,
+    starts: Ints | None = None,
 ) -> Array:
     """The static force in N, elastic before it yields."""
     for effect, p in chosen:
         inputs = force_n, velocity_m_s, displacement_m, level_n
-        force_n = _through(effect, p, _state(effect, p, *(u[0] for u in inputs), dt_s), *inputs, dt_s)
+        force_n = _through(effect, p, starts, inputs, (dt_s,))
     return force_n
 
 
-def filtered(force_n: Array, c: Coefficients, *, settled: bool) -> Array:
+def filtered(force_n: Array, c: Coefficients, *, settled: bool, starts: Ints | None = None) -> Array:
     """H[force]; starting from rest, or from the first force having lasted for ever."""
     out = np.empty_like(force_n)
-    state = np.array(settled_state(c, float(force_n[0])) if settled else (0.0, 0.0, 0.0))
-    compiled(loops.filtered, iir_step, "filter")(c, state, force_n, out)
+    starts = whole(force_n.size) if starts is None else starts
+    firsts = force_n[starts[:-1]].tolist()
+    states = np.array([settled_state(c, first) if settled else (0.0, 0.0, 0.0) for first in firsts])
+    compiled(loops.filtered, iir_step, "filter")(c, states, starts, force_n, out)
     return out
 
 
@@ -137,33 +141,55 @@ def additive(
     current_a: Array,
     temperature_c: Array,
     dt_s: float,
+    starts: Ints | None = None,
 ) -> Array:
     """One effect's force in N."""
     inputs = velocity_m_s, displacement_m, acceleration_m_s2, current_a, temperature_c
-    return _through(effect, p, _state(effect, p, *(u[0] for u in inputs), dt_s), *inputs, dt_s)
+    return _through(effect, p, starts, inputs, (dt_s,))
 
 
-def limited(chosen: Chosen, force_n: Array, velocity_m_s: Array, displacement_m: Array, dt_s: float) -> Array:
+def limited(
+    chosen: Chosen,
+    force_n: Array,
+    velocity_m_s: Array,
+    displacement_m: Array,
+    dt_s: float,
+    starts: Ints | None = None,
+) -> Array:
     """The force in N that can build up."""
     for effect, p in chosen:
         inputs = force_n, velocity_m_s, displacement_m
-        force_n = _through(effect, p, _state(effect, p, *(u[0] for u in inputs), dt_s), *inputs, dt_s)
+        force_n = _through(effect, p, starts, inputs, (dt_s,))
     return force_n
 
 
-def measured(chosen: Chosen, force_n: Array, dt_s: float) -> Array:
+def measured(chosen: Chosen, force_n: Array, dt_s: float, starts: Ints | None = None) -> Array:
     """The force in N as the sensor reports it."""
     for effect, p in chosen:
-        force_n = _through(effect, p, _state(effect, p, force_n[0], dt_s), force_n, dt_s)
+        force_n = _through(effect, p, starts, (force_n,), (dt_s,))
     return force_n
 
 
-def _state(effect: Effect, p: Vector, *first: object) -> Array:
-    plain = (float(u) if isinstance(u, np.floating) else u for u in first)
-    return np.array(effect.initial(p, *plain), dtype=np.float64)
+def _through(
+    effect: Effect, p: Vector, starts: Ints | None, inputs: Sequence[Array], rest: tuple[object, ...]
+) -> Array:
+    """The effect's step over its inputs, each (n)."""
+    return _run(effect, p, starts, inputs, rest, 1)[0]
 
 
-def _through(effect: Effect, p: Vector, state: Array, signal: Array, *rest: object) -> Array:
-    out = np.empty_like(signal)
-    run_step(effect, p, state, signal, *rest, out)
+def _run(
+    effect: Effect,
+    p: Vector,
+    starts: Ints | None,
+    inputs: Sequence[Array],
+    rest: tuple[object, ...],
+    outputs: int,
+) -> list[Array]:
+    """The effect's step over its inputs, each (n), every stretch from its own initial state."""
+    starts = whole(inputs[0].size) if starts is None else starts
+    firsts = zip(*(u[starts[:-1]].tolist() for u in inputs), strict=True)
+    states = np.array([effect.initial(p, *first, *rest) for first in firsts], dtype=np.float64)
+    constants = (array_tables(x) if isinstance(x, StaticTables) else x for x in rest)
+    out = [np.empty_like(inputs[0]) for _ in range(outputs)]
+    run_step(effect, p, states, starts, *inputs, *constants, *out)
     return out

@@ -82,33 +82,35 @@ def trace(
     _check_needs(chosen, run)
     by = {stage: tuple(chosen.get(stage, ())) for stage in Stage}
     make = _Maker(like.made if like is not None and like.run is run and like.settled == settled else {})
-    t, dt, a = damper.static, run.dt_s, run.acceleration_m_s2
+    t, dt, a, starts = damper.static, run.dt_s, run.acceleration_m_s2, run.starts
     c = stages.coefficients_at(damper.forward_filter, dt)
 
     ce, te, me = by[Stage.CURRENT], by[Stage.TEMPERATURE], by[Stage.MOTION]
     # A stage without effects hands its input on.
     i = run.current_a
     if ce:
-        i = make(Stage.CURRENT, (ce,), lambda: stages.field_current(ce, run.current_a, dt))
+        i = make(Stage.CURRENT, (ce,), lambda: stages.field_current(ce, run.current_a, dt, starts))
     warm = run.temperature_c
     if te:
         warm = make(
             Stage.TEMPERATURE,
             (te, i, t),
-            lambda: stages.fluid_temperature(te, run.temperature_c, run.velocity_m_s, i, t, dt),
+            lambda: stages.fluid_temperature(te, run.temperature_c, run.velocity_m_s, i, t, dt, starts),
         )
     v, x = run.velocity_m_s, run.displacement_m
     if me:
         v, x = make(
             Stage.MOTION,
             (me, i, warm, t),
-            lambda: stages.piston_motion(me, run.velocity_m_s, run.displacement_m, i, warm, t, dt),
+            lambda: stages.piston_motion(me, run.velocity_m_s, run.displacement_m, i, warm, t, dt, starts),
         )
     level = make("level", (i, warm, _level_tables(t)), lambda: stages.level(i, warm, t))
     shape = make("shape", (v, t.velocity_m_s, t.shape), lambda: stages.shape(v, t))
     factors = {
         e.name: make(
-            (e.name, Stage.FACTOR), (e, p, v, x, i, warm), partial(stages.factor, e, p, v, x, i, warm, dt)
+            (e.name, Stage.FACTOR),
+            (e, p, v, x, i, warm),
+            partial(stages.factor, e, p, v, x, i, warm, dt, starts),
         )
         for e, p in by[Stage.FACTOR]
     }
@@ -119,14 +121,18 @@ def trace(
     yielded = static
     if ye:
         yielded = make(
-            Stage.YIELD, (ye, static, v, x, level), lambda: stages.yielding(ye, static, v, x, level, dt)
+            Stage.YIELD,
+            (ye, static, v, x, level),
+            lambda: stages.yielding(ye, static, v, x, level, dt, starts),
         )
-    filtered = make("filter", (yielded, c), lambda: stages.filtered(yielded, c, settled=settled))
+    filtered = make(
+        "filter", (yielded, c), lambda: stages.filtered(yielded, c, settled=settled, starts=starts)
+    )
     additive = {
         e.name: make(
             (e.name, Stage.ADDITIVE),
             (e, p, v, x, a, i, warm),
-            partial(stages.additive, e, p, v, x, a, i, warm, dt),
+            partial(stages.additive, e, p, v, x, a, i, warm, dt, starts),
         )
         for e, p in by[Stage.ADDITIVE]
     }
@@ -135,9 +141,11 @@ def trace(
         total = make("sum", (filtered, *additive.values()), lambda: _sum([filtered, *additive.values()]))
         limited = force = total
     if le:
-        limited = force = make(Stage.LIMIT, (le, total, v, x), lambda: stages.limited(le, total, v, x, dt))
+        limited = force = make(
+            Stage.LIMIT, (le, total, v, x), lambda: stages.limited(le, total, v, x, dt, starts)
+        )
     if oe:
-        force = make(Stage.OUTPUT, (oe, limited), lambda: stages.measured(oe, limited, dt))
+        force = make(Stage.OUTPUT, (oe, limited), lambda: stages.measured(oe, limited, dt, starts))
     return Trace(
         run, settled, i, warm, v, x, level, shape, factors, static, yielded, filtered, additive, total,
         limited, force, make.made,

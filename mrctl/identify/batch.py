@@ -1,0 +1,131 @@
+"""Records of one rate end to end: a fit goes through many short runs as if they were few long ones."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cache, partial
+from threading import local
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify import base
+from mrctl.identify.layout import Layout
+from mrctl.identify.records import Record
+from mrctl.simulate import Run
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+T = TypeVar("T")
+S = TypeVar("S")
+_inside = local()
+
+MOST_BLOCKS = 10000  # weighed samples in a batch: what its slopes take stays within a few megabytes
+FEWEST_BLOCKS = 1500  # that are worth a batch of their own
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Several records, each filled up to whole blocks of `factor` samples with its last ones."""
+
+    records: tuple[int, ...]  # their numbers
+    sizes: tuple[int, ...]  # samples of each
+    factor: int
+    run: Run
+    force_n: Array
+    inputs: base.Inputs = field(repr=False)
+
+    @classmethod
+    def of(cls, layout: Layout, numbers: Sequence[int], records: Sequence[Record], factor: int) -> Batch:
+        """Records of one rate."""
+        run = Run.joined([_run(r, factor) for r in records])
+        return cls(
+            tuple(numbers),
+            tuple(len(r) for r in records),
+            factor,
+            run,
+            np.concatenate([_filled(r.force_n, factor) for r in records]),
+            base.Inputs.of(
+                layout, records[0].rate_hz, run.velocity_m_s, run.current_a, run.temperature_c, run.starts
+            ),
+        )
+
+    @property
+    def block_starts(self) -> Ints:
+        """Where each record's blocks begin, and where the last one's end."""
+        return self.run.starts // self.factor
+
+    def samples(self, x: Array) -> list[Array]:
+        """Each record's part of an array over all samples."""
+        return [x[a : a + n] for a, n in zip(self.run.starts, self.sizes, strict=False)]
+
+    def blocks(self, x: Array) -> list[Array]:
+        """Each record's part of an array (..., blocks), without a last block that it does not fill."""
+        return [x[..., a : a + n // self.factor] for a, n in zip(self.block_starts, self.sizes, strict=False)]
+
+
+def batches(layout: Layout, records: Sequence[Record], factor: Callable[[Record], int]) -> list[Batch]:
+    """Records of the same rate together, in their order, in batches of about the same size."""
+    found: list[Batch] = []
+    for rate in dict.fromkeys(r.rate_hz for r in records):
+        numbers = [k for k, r in enumerate(records) if r.rate_hz == rate]
+        by = factor(records[numbers[0]])
+        ends = np.cumsum([len(records[k]) // by for k in numbers])
+        # An even number, whatever the machine, so that two processors have as much to do.
+        count = 2 * max(1, int(np.ceil(ends[-1] / (2 * MOST_BLOCKS)))) if ends[-1] > 2 * FEWEST_BLOCKS else 1
+        group = np.minimum((ends - 1) * count // max(int(ends[-1]), 1), count - 1)
+        for one in dict.fromkeys(group.tolist()):
+            members = [k for k, g in zip(numbers, group, strict=True) if g == one]
+            found.append(Batch.of(layout, members, [records[k] for k in members], by))
+    return sorted(found, key=lambda batch: batch.records[0])
+
+
+def in_parallel(function: Callable[[T], S], over: Iterable[T]) -> list[S]:
+    """The function's results; numpy's and the compiled loops' work side by side on the processors.
+
+    Called by a function that runs so itself, it works one by one: the processors are taken.
+    """
+    todo = list(over)
+    if len(todo) < 2 or workers() < 2 or getattr(_inside, "pool", False):
+        return [function(one) for one in todo]
+    return list(_pool().map(partial(_marked, function), todo))
+
+
+def _marked(function: Callable[[T], S], one: T) -> S:
+    _inside.pool = True
+    try:
+        return function(one)
+    finally:
+        _inside.pool = False
+
+
+@cache
+def workers() -> int:
+    """How many threads a fit may use: MRCTL_WORKERS, or as many as there are processors."""
+    given = os.environ.get("MRCTL_WORKERS", "")
+    return int(given) if given.isdigit() and int(given) else len(os.sched_getaffinity(0))
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(workers(), thread_name_prefix="fit")
+
+
+def _run(record: Record, factor: int) -> Run:
+    return Run.of(
+        1.0 / record.rate_hz,
+        _filled(record.velocity_m_s, factor),
+        _filled(record.current_a, factor),
+        _filled(record.temperature_c, factor),
+        _filled(record.displacement_m, factor),
+        _filled(record.acceleration_m_s2, factor),
+    )
+
+
+def _filled(x: Array, factor: int) -> Array:
+    rest = -x.size % factor
+    return np.pad(x, (0, rest), mode="edge") if rest else x
