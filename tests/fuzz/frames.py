@@ -27,6 +27,7 @@ from mrctl.judge.limits import Limits
 from mrctl.runtime.tick import Tick
 from mrctl.share_path import share_file
 
+DBC = read_dbc(share_file("dbc/mrctl.dbc"))
 COMMAND_ID = 256
 COMMAND_DATA_IDS = bytes.fromhex("118E9609BB243CA3059A821DAF3028B7")
 MILLIAMPERES_MAX = 3000
@@ -62,7 +63,7 @@ class Judge:
 
 def bus_judge():
     """`mrctl judge` with the limits of this plan; lateness is the fuzzing's own doing."""
-    bus = read_dbc(share_file("dbc/mrctl.dbc"))
+    bus = DBC
     names = [signal.name for signal in bus.command.signals]
     velocity = RULES["relative_velocity"]
     inputs = {f"RelVel_{name.partition('_')[2]}": (velocity.minimum, velocity.maximum) for name in names}

@@ -19,14 +19,18 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from mrctl.calibration import Calibration, load_calibration
+from mrctl.can.codec import make_encoder
 from mrctl.config import Config, load_config
-from mrctl.errors import InputError
-from mrctl.model.static import force_range
+from mrctl.errors import InputError, Problem
+from mrctl.model.damper import Damper
+from mrctl.model.static import StaticTables, force_level, force_range
 from mrctl.model.static_inverse import StaticInverter
-from mrctl.runtime.build import plan_of
+from mrctl.runtime.build import input_signals, plan_of
 from mrctl.runtime.tick import Tick
 from mrctl.share_path import share_file
 
@@ -40,6 +44,8 @@ TOKENS = ("\t", ":", "- ", "{", "}", "[", "]", "&a", "*a", "!!python/object:os.s
           "\x00", "\ufeff", "é", "---\n", "...\n", "? ", "<<: *a\n", "'", '"', "%YAML 9.9\n", "\r",
           "\u2028")  # fmt: skip
 CORPUS_MAX = 400
+# A drive in the middle of what is plausible: mean and swing, by role.
+ROLE_VALUES = {"relative_velocity": (0.0, 0.3), "body_velocity": (0.0, 0.3), "temperature": (50.0, 0.0)}
 
 
 def spoil(rng: random.Random, text: str) -> str:
@@ -128,37 +134,93 @@ def judge_calibration(calibration: Calibration, rng: random.Random) -> None:
     """An accepted calibration inverts: a force in reach comes back from the current that is found for it."""
     damper = calibration.damper
     t = damper.static
-    for temperature in (t.temperature_c[0], t.temperature_c[-1], rng.uniform(-60.0, 200.0)):
+    judge_tables(t, damper.current_max_a)
+    for temperature in (*t.temperature_c, rng.uniform(-60.0, 200.0)):
         inverter = StaticInverter(t, damper.current_max_a, temperature)
-        velocity = rng.choice(t.velocity_m_s)
-        shape = t.shape[t.velocity_m_s.index(velocity)]
-        if abs(shape) < 1e-9:
-            continue
-        low, high = sorted(force_range(velocity, temperature, t, damper.current_max_a), key=abs)
-        wish = low + rng.random() * (high - low)
-        current, _, _ = inverter.invert(wish, shape, False)
+        for velocity in rng.choices(t.velocity_m_s, k=4):
+            judge_inverse(damper, inverter, velocity, temperature, rng)
+
+
+def judge_tables(t: StaticTables, current_max_a: float) -> None:
+    """What an inverse stands on: finite, every axis and the force over the current rising, h positive."""
+    columns = [value for value in t if isinstance(value, tuple)]
+    if not all(math.isfinite(x) for column in columns for x in column):
+        raise BrokenError("a table is not finite")
+    for name in ("current_a", "force_n", "velocity_m_s", "temperature_c", "blend_current_a", "blend_force_n"):
+        if any(low >= high for low, high in pairwise(getattr(t, name))):
+            raise BrokenError(f"{name} does not rise: {getattr(t, name)}")
+    if not (t.current_a[0] == 0.0 < current_max_a <= t.current_a[-1] and t.force_n[0] > 0.0):
+        raise BrokenError(f"f from {t.current_a[0]} to {t.current_a[-1]} A, limit {current_max_a} A")
+    if min(*t.h_off, *t.h_on) <= 0.0 or not 0.0 <= t.off_below_a <= t.on_above_a:
+        raise BrokenError("h is not positive, or its states overlap")
+    if any(v * g < 0.0 or not -1.0 <= g <= 1.0 for v, g in zip(t.velocity_m_s, t.shape, strict=True)):
+        raise BrokenError("g has not the velocity's sign, or leaves -1 to 1")
+    for temperature in t.temperature_c:  # f h over the current, finer than its corners
+        currents = sorted({current_max_a * k / 64 for k in range(65)} | set(t.blend_current_a))
+        levels = [force_level(current, temperature, t) for current in currents if current <= current_max_a]
+        switches = t.off_below_a == t.on_above_a  # as in the paper: may fall there
+        if not switches and any(low >= high for low, high in pairwise(levels)):
+            raise BrokenError(f"the force does not rise with the current at {temperature} degC: {levels}")
+
+
+def judge_inverse(
+    damper: Damper, inverter: StaticInverter, velocity: float, temperature: float, rng: random.Random
+) -> None:
+    """A force that the damper can make at a knot of g comes back from its current, whatever the state."""
+    t = damper.static
+    shape = t.shape[t.velocity_m_s.index(velocity)]
+    low, high = sorted(force_range(velocity, temperature, t, damper.current_max_a), key=abs)
+    wish = low + rng.choice((0.0, 1.0, rng.random(), rng.random())) * (high - low)
+    for was_on in (False, True):
+        current, _, _ = inverter.invert(wish, shape, was_on)
         if not (math.isfinite(current) and 0.0 <= current <= damper.current_max_a):
             raise BrokenError(f"current {current} for {wish} N at {velocity} m/s, {temperature} degC")
-        if t.off_below_a < t.on_above_a:  # where h switches, forces in the gap have no current
-            back = force_range(velocity, temperature, t, current)[1]
-            if not abs(back - wish) <= 1e-6 * (1.0 + abs(high)):
-                raise BrokenError(f"{wish} N comes back as {back} N at {velocity} m/s, {temperature} degC")
+        # Where h switches, forces in the gap have no current; where g is next to nothing, any has it.
+        if abs(shape) < 1e-9 or t.off_below_a == t.on_above_a:
+            continue
+        back = force_range(velocity, temperature, t, current)[1]
+        if not abs(back - wish) <= 1e-6 * (1.0 + abs(high)):
+            raise BrokenError(f"{wish} N comes back as {back} N at {velocity} m/s, {temperature} degC")
 
 
 def judge_config(config: Config) -> None:
     """An accepted configuration makes a tick that commands what is in range and within slew."""
     tick = Tick(plan_of(config))
+    inputs = [(spec, make_encoder(spec), users) for spec, users in input_signals(config)]
     before = [0.0] * len(tick.corners)
-    for _ in range(20):
-        tick.step([])
+    for now in range(60):
+        frames = []
+        for spec, encode, users in inputs if now >= 10 else ():
+            motion = [ROLE_VALUES.get(of_signal[0][1], (0.0, 0.0)) for of_signal in users]
+            values = [mean + swing * math.sin(0.2 * now) for mean, swing in motion]
+            frames.append((spec.linux_id, encode(values, now)))
+        tick.step(frames)
         for k, (corner, name) in enumerate(zip(tick.corners, config.dampers, strict=True)):
             damper = config.calibrations[name].damper
             step = damper.current_slew_a_s / config.loop.rate_hz + 1e-9
-            if not (
+            if not (  # not so for NaN
                 0.0 <= corner.current_a <= damper.current_max_a and abs(corner.current_a - before[k]) <= step
             ):
                 raise BrokenError(f"{name} commands {corner.current_a} A after {before[k]} A")
             before[k] = corner.current_a
+
+
+def judge_file(file: Path, rng: random.Random, *, calibration: bool) -> Sequence[Problem]:
+    """What the loader finds wrong with a file, nothing where it accepts it.
+
+    Raises BrokenError where it says so badly or accepts what does not work, or what it must not raise.
+    """
+    try:
+        if calibration:
+            judge_calibration(load_calibration(file), rng)
+        else:
+            judge_config(load_config(file))
+    except InputError as error:
+        for problem in error.problems:
+            if "\n" in str(problem) or not problem.what:
+                raise BrokenError(f"a problem of more than one line, or none: {str(problem)!r}") from error
+        return error.problems
+    return ()
 
 
 class Fuzz:
@@ -182,27 +244,16 @@ class Fuzz:
         file = self.folder / f"spoilt_{name}"
         file.write_bytes(self.text.encode("utf-8", "surrogatepass"))
         self.tried += 1
-        try:
-            if name == "calibration.yaml":
-                judge_calibration(load_calibration(file), self.rng)
-            else:
-                judge_config(load_config(file))
-        except InputError as error:
-            new = False
-            for problem in error.problems:
-                if "\n" in str(problem) or not problem.what:
-                    raise BrokenError(
-                        f"a problem of more than one line, or none: {str(problem)!r}"
-                    ) from error
-                kind = re.sub(r"`[^`]*`|'[^']*'|\d+(\.\d+)?", "*", problem.what)[:60]
-                new = new or kind not in self.heard
-                self.heard[kind] += 1
-            if new and len(self.corpus) < CORPUS_MAX and len(error.problems) < 4:
-                self.corpus.append((name, self.text))
-        else:
-            self.accepted += 1
-            if len(self.corpus) < CORPUS_MAX and self.rng.random() < 0.05:
-                self.corpus.append((name, self.text))
+        problems = judge_file(file, self.rng, calibration=name == "calibration.yaml")
+        new = False
+        for problem in problems:
+            kind = re.sub(r"`[^`]*`|'[^']*'|\d+(\.\d+)?", "*", problem.what)[:60]
+            new = new or kind not in self.heard
+            self.heard[kind] += 1
+        self.accepted += not problems
+        keep = (new and len(problems) < 4) if problems else self.rng.random() < 0.05
+        if keep and len(self.corpus) < CORPUS_MAX:
+            self.corpus.append((name, self.text))
 
 
 def main() -> int:
