@@ -34,7 +34,7 @@ LINK_EVENTS: Final = {
     "send_refused": "a frame could not be queued, the first of a row",
     "send_resumed": "frames can be queued again",
     "frames_dropped": "the receive buffer was full and frames were lost",
-    "frames_stale": "so many frames waited that the oldest were thrown away",
+    "frames_stale": "frames had waited for too long and were thrown away",
     "bus_off": "the controller took itself off the bus",
     "bus_restarted": "the controller is back on the bus",
     "bus_errors": "the controller counts many errors",
@@ -52,7 +52,7 @@ class PortCounters:
     dropped: int = 0
     """Frames that the kernel dropped because the receive buffer was full."""
     stale: int = 0
-    """Frames thrown away unread: they had waited for too long behind others."""
+    """Frames thrown away unread: they had waited for too long, or since before the start."""
     error_frames: int = 0
     down: int = 0
     """How often the interface went down or away."""
@@ -91,6 +91,9 @@ class Port(Protocol):
         a CAN FD frame on a port for classic ones.
         """
 
+    def discard(self) -> None:
+        """Throw away unread all that waits: what came before anybody was ready for it is not fresh."""
+
     def send(self, can_id: int, data: bytes) -> bool:
         """Queue a frame (bit 31 of can_id: extended); False when it could not be queued."""
 
@@ -116,9 +119,9 @@ def open_port(
     interface, channel: as python-can names them, for example `socketcan` and `can0`. bitrate, data_bitrate:
     bit/s; SocketCAN ignores them, its interface has been set up by the system. fd: send CAN FD frames with a
     bit rate switch, receive such too. wanted_ids: identifiers to receive, bit 31 set for extended ones; no
-    other data frame comes through. stale_after_s: frames that waited for longer behind FRAMES_PER_CALL others
-    are thrown away (SocketCAN only, by the kernel's time stamps). Raises BusError with the mend where
-    the bus cannot be opened.
+    other data frame comes through. stale_after_s: frames that waited for longer, behind FRAMES_PER_CALL
+    others or while nobody asked for them, are thrown away (SocketCAN only, by the kernel's time stamps).
+    Raises BusError with the mend where the bus cannot be opened.
     """
     wanted = frozenset(wanted_ids)
     if interface == "socketcan":

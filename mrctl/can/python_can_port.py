@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Collection
-from typing import Any
+from typing import Any, Final
 
 from mrctl.can.ports import FRAMES_PER_CALL, EventLog, LinkEvent, PortCounters
 from mrctl.can.quiet_import import can
 from mrctl.can.specs import ERROR_FLAG, EXTENDED_FLAG, FD_FLAG, REMOTE_FLAG
 from mrctl.errors import BusError
+
+DISCARDED_MAX: Final = 1 << 16
+"""discard() throws away at most so many frames: a bus at full speed never ends."""
 
 
 def open_python_can(
@@ -77,6 +81,14 @@ class PythonCanPort:
                 frames.append((can_id, bytes(message.data)))
         self.counters.received += len(frames)
         return frames
+
+    def discard(self) -> None:
+        """Throw away all that waits; see Port."""
+        with contextlib.suppress(can.CanError, OSError):  # the first receive() tells of it
+            for _ in range(DISCARDED_MAX):
+                if self._bus.recv(timeout=0) is None:
+                    break
+                self.counters.stale += 1
 
     def send(self, can_id: int, data: bytes) -> bool:
         """Queue a frame; see Port."""

@@ -4,8 +4,8 @@ python-can opens the socket; frames then go through the raw socket, four times f
 messages. What the kernel does (net/can/raw.c), and what follows:
 
 - a full receive buffer drops frames in silence: SO_RXQ_OVFL counts them, and the buffer is made large;
-- after a stop (SIGSTOP, a hung system) thousands of old frames wait: by the kernel's time stamps those that
-  are stale are thrown away, so that none passes for fresh;
+- after a stop (SIGSTOP, a hung system) thousands of old frames wait, or a few on a bus that died meanwhile:
+  by the kernel's time stamps those that are stale are thrown away, so that none passes for fresh;
 - CAN FD frames reach a socket only where it asks for them: it does, so that they are counted;
 - an interface that goes down reports ENETDOWN once, and the same socket works when it is up again;
 - an interface that is removed reports ENODEV once, forgets the socket's filters and unbinds it: filters and
@@ -124,6 +124,7 @@ class SocketCanPort:
         self._events = EventLog()
         self._link = _Link.UP
         self._retry_at_s = 0.0
+        self._asked_at_s = clock_s()
         self._refusing = False
         self._receive_failing = False
         self._dropped_before = 0
@@ -132,18 +133,32 @@ class SocketCanPort:
 
     def receive(self) -> list[tuple[int, bytes]]:
         """Everything that waits, but for stale frames; see Port."""
-        frames = self._receive()
-        if len(frames) == FRAMES_PER_CALL:
-            frames = self._without_stale(frames)
+        now_s = self._clock_s()
+        since_s, self._asked_at_s = now_s - self._asked_at_s, now_s
+        if since_s > self._stale_after_s:
+            frames = self._receive_fresh()
+        else:
+            frames = self._receive()
+            if len(frames) == FRAMES_PER_CALL:
+                frames = self._without_stale(frames)
         self.counters.received += len(frames)
         return frames
 
-    def _receive(self) -> list[tuple[int, bytes]]:
+    def discard(self) -> None:
+        """Throw away all that waits; see Port."""
+        self._asked_at_s = self._clock_s()
+        for _ in range(STALE_CALLS_MAX):
+            thrown = len(self._receive())
+            self.counters.stale += thrown
+            if thrown < FRAMES_PER_CALL:
+                break
+
+    def _receive(self, limit: int = FRAMES_PER_CALL) -> list[tuple[int, bytes]]:
         if self._link is not _UP:
             self._try_again()
         frames: list[tuple[int, bytes]] = []
         recvmsg = self._socket.recvmsg
-        for _ in range(FRAMES_PER_CALL):
+        for _ in range(limit):
             try:
                 frame, ancillary, _flags, _address = recvmsg(_LONGEST, _ANCILLARY_BYTES)
             except BlockingIOError:
@@ -194,10 +209,33 @@ class SocketCanPort:
                 frames = self._receive()
                 if len(frames) < FRAMES_PER_CALL:
                     break
+        self._tell_stale(thrown)
+        return frames
+
+    def _receive_fresh(self) -> list[tuple[int, bytes]]:
+        """Frame by frame, after nobody has asked for a while: few may wait, and all of them be old."""
+        fresh: list[tuple[int, bytes]] = []
+        thrown = 0
+        for _ in range(STALE_CALLS_MAX * FRAMES_PER_CALL):
+            one = self._receive(1) or self._receive(1)  # the first may have been news of the link
+            if not one:
+                break
+            waited_s = 0.0
+            with contextlib.suppress(OSError):  # a kernel without time stamps
+                waited_s = self._wall_clock_s() - linux.last_stamp_s(self._socket)
+            if waited_s > self._stale_after_s:
+                thrown += 1
+                continue
+            fresh += one
+            if len(fresh) == FRAMES_PER_CALL:
+                break
+        self._tell_stale(thrown)
+        return fresh
+
+    def _tell_stale(self, thrown: int) -> None:
         if thrown:
             self.counters.stale += thrown
             self._events.add("frames_stale", f"{self.channel}: {thrown} frames had waited for too long")
-        return frames
 
     def send(self, can_id: int, data: bytes) -> bool:
         """Queue a frame; see Port."""

@@ -89,6 +89,7 @@ class Daemon:
             )
             self._notifier.tell("READY=1", f"STATUS=running on {config.bus.channel}")
             ends = None if duration_s is None else time.monotonic() + duration_s
+            self._port.discard()  # what came while all this was set up is not fresh
             self._loop.run(self._until(ends))
         finally:
             realtime.leave(taken)

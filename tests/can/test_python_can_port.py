@@ -41,6 +41,15 @@ def test_two_ports_talk_and_do_not_hear_themselves(port: Port, channel: str) -> 
     peer.close()
 
 
+def test_what_came_before_the_start_is_discarded(port: Port, other: can.BusABC) -> None:
+    for _ in range(2 * FRAMES_PER_CALL):
+        other.send(can.Message(arbitration_id=0x110, is_extended_id=False, data=b"old"))
+    port.discard()
+    other.send(can.Message(arbitration_id=0x110, is_extended_id=False, data=b"new"))
+    assert port.receive() == [(0x110, b"new")]
+    assert port.counters.stale == 2 * FRAMES_PER_CALL
+
+
 def test_unwanted_frames_do_not_stop_the_wanted_ones_behind_them(port: Port, other: can.BusABC) -> None:
     for can_id in (0x7, 0x110, 0x8, 0x110):
         other.send(can.Message(arbitration_id=can_id, is_extended_id=False, data=b"x"))

@@ -12,7 +12,7 @@ import pytest
 
 from mrctl.can import linux
 from mrctl.can.ports import FRAMES_PER_CALL, LINK_EVENTS, open_port
-from mrctl.can.socketcan_port import RECEIVE_BUFFER_BYTES, RETRY_S, SocketCanPort
+from mrctl.can.socketcan_port import RECEIVE_BUFFER_BYTES, RETRY_S, STALE_CALLS_MAX, SocketCanPort
 from mrctl.can.specs import FD_FLAG
 from mrctl.errors import BusError
 
@@ -199,6 +199,57 @@ def test_a_full_call_of_fresh_frames_loses_none(kernel: FakeKernel) -> None:
         assert len(port.receive()) == FRAMES_PER_CALL
     assert port.counters.stale == 0
     assert _kinds(port) == []
+
+
+def test_what_came_before_the_start_is_discarded(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    for k in range(5):
+        kernel.frame(0x110, bytes([k]))
+    port.discard()
+    kernel.frame(0x110, b"new")
+    assert port.receive() == [(0x110, b"new")]
+    assert (port.counters.stale, port.counters.received) == (5, 1)
+    assert _kinds(port) == []  # nothing that anybody must know
+
+
+def test_a_bus_that_never_pauses_does_not_hold_up_the_start(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    kernel.endless = True
+    kernel.frame(0x110, b"x")
+    port.discard()
+    assert port.counters.stale == STALE_CALLS_MAX * FRAMES_PER_CALL
+
+
+def test_few_frames_on_a_bus_that_died_while_nobody_asked_are_not_fresh(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    for _ in range(3):
+        kernel.frame(0x110, b"old")
+    kernel.now_s += 5.0
+    kernel.waited_s = [4.0, 3.9, 3.8]
+    assert port.receive() == []
+    assert (port.counters.stale, port.counters.received) == (3, 0)
+    assert _kinds(port) == ["frames_stale"]
+    kernel.frame(0x110, b"new")
+    assert port.receive() == [(0x110, b"new")]
+
+
+def test_fresh_frames_after_a_sleep_are_kept_in_their_order(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    for data in (b"0", b"1", b"2", b"3"):
+        kernel.frame(0x110, data)
+    kernel.now_s += 1.0
+    kernel.receive_errors = [errno.ENETDOWN]  # said once, between the frames
+    kernel.waited_s = [0.3, 0.101, 0.09, 0.0]
+    assert port.receive() == [(0x110, b"2"), (0x110, b"3")]
+    assert port.counters.stale == 2
+
+
+def test_without_time_stamps_nothing_is_thrown_away_after_a_sleep(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    kernel.frame(0x110, b"x")
+    kernel.now_s += 1.0
+    assert port.receive() == [(0x110, b"x")]
+    assert port.counters.stale == 0
 
 
 def test_the_socket_is_set_up_to_filter_and_to_count_what_it_drops(kernel: FakeKernel) -> None:
