@@ -73,6 +73,14 @@ def _what_is_sound(data: dict[str, Any]) -> tuple[ConfigFile, set[str]]:
     return file, sound
 
 
+def _missing(path: Path) -> str | None:
+    """Why there is no file at a path, or None where there is one."""
+    try:
+        return None if path.is_file() else f"there is no file {path}"
+    except OSError as error:  # a folder that may not be entered, a name too long
+        return f"{path} cannot be reached ({error.strerror})"
+
+
 class _Paths:
     """The files that a configuration names, relative to itself."""
 
@@ -88,9 +96,10 @@ class _Paths:
         if self._file.database is None:
             return share_file(DEFAULT_DATABASE)
         path = self.of(self._file.database)
-        if path.is_file():
+        missing = _missing(path)
+        if missing is None:
             return path
-        findings.add(("database",), f"there is no file {path}", "give the DBC's path, relative to this file")
+        findings.add(("database",), missing, "give the DBC's path, relative to this file")
         return None
 
     def calibration(self, damper: str) -> Path:
@@ -112,10 +121,9 @@ class _Paths:
 
     @staticmethod
     def _load(path: Path, key: tuple[str, ...], findings: Findings) -> Calibration | None:
-        if not path.is_file():
-            findings.add(
-                key, f"there is no file {path}", "give the calibration's path, relative to this file"
-            )
+        missing = _missing(path)
+        if missing is not None:
+            findings.add(key, missing, "give the calibration's path, relative to this file")
             return None
         try:
             return load_calibration(path)

@@ -314,6 +314,15 @@ def test_each_defect_gets_its_line_and_its_mend(defect, tmp_path):
     assert 0 <= line_of(text, marker) - line <= 3 or line == 1 or "schema" in marker, (line, found)
 
 
+@pytest.mark.parametrize("key", ["database", "calibration"])
+def test_a_path_that_cannot_even_be_looked_at_is_told_with_its_line(key, tmp_path):
+    old = {"database": "database: mrctl.dbc", "calibration": "\ncalibration: calibration.yaml"}[key]
+    text = broken(old, old.rpartition(" ")[0] + " " + 150 * "é")  # 300 bytes: more than a file's name has
+    ((file, line, what),) = complaints(write(tmp_path, text))
+    assert (file, line) == (str(tmp_path / "c.yaml"), line_of(text, 150 * "é"))
+    assert "cannot be reached (File name too long); give the" in what
+
+
 def test_what_belongs_together_is_found_at_once(tmp_path):
     text = TEXT
     for old, new in (
