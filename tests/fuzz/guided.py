@@ -14,6 +14,7 @@ for the next time. Exit status 1 at the first violation, its input in guided_TAR
 from __future__ import annotations
 
 import argparse
+import math
 import mmap
 import random
 import re
@@ -27,6 +28,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from re import Match
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -47,7 +49,7 @@ with atheris.instrument_imports(include=["mrctl"]):
 
     EFFECTS = effects()  # imports them, too
 
-from fuzz.loaders import judge_file, spoil
+from fuzz.loaders import NUMBER, judge_file, spoil
 from fuzz.programs import SEEDS, Program
 
 COUNTERS = ("executions", "accepted", "ticks", "frames", "commands")
@@ -169,9 +171,24 @@ def frames_target(figures: Figures) -> Callable[[bytes], None]:
 def spoil_text(data: bytes, size_max: int, seed: int) -> bytes:
     """LibFuzzer's custom mutator: by the sense of the text mostly, else by its bytes."""
     rng = random.Random(seed)
-    if rng.random() < 0.2:
+    kind = rng.random()
+    if kind < 0.15:
         return atheris.Mutate(data, size_max)
-    return spoil(rng, data.decode("utf-8", "replace")).encode("utf-8", "surrogatepass")[:size_max]
+    text = data.decode("utf-8", "replace")
+    text = nudge(rng, text) if kind < 0.55 else spoil(rng, text)
+    return text.encode("utf-8", "surrogatepass")[:size_max]
+
+
+def nudge(rng: random.Random, text: str) -> str:
+    """The text with some numbers a little off: files that are sound, or nearly so, get to the inverse."""
+    found = [at for at in NUMBER.finditer(text) if math.isfinite(float(at.group()))]
+    for at in sorted(
+        rng.sample(found, min(len(found), rng.choice((1, 2, 5)))), key=Match.start, reverse=True
+    ):
+        value = float(at.group())
+        new = rng.choice((value * rng.uniform(0.9, 1.1), math.nextafter(value, rng.choice((-1e9, 1e9)))))
+        text = text[: at.start()] + (repr(new) if "." in at.group() else str(round(new))) + text[at.end() :]
+    return text
 
 
 def fuzz(target: str, folder: Path, words: list[str]) -> None:
