@@ -146,7 +146,7 @@ def judge_tables(t: StaticTables, current_max_a: float) -> None:
     columns = [value for value in t if isinstance(value, tuple)]
     if not all(math.isfinite(x) for column in columns for x in column):
         raise BrokenError("a table is not finite")
-    for name in ("current_a", "force_n", "velocity_m_s", "temperature_c", "blend_current_a", "blend_force_n"):
+    for name in ("current_a", "force_n", "velocity_m_s", "temperature_c", "blend_current_a"):
         if any(low >= high for low, high in pairwise(getattr(t, name))):
             raise BrokenError(f"{name} does not rise: {getattr(t, name)}")
     if not (t.current_a[0] == 0.0 < current_max_a <= t.current_a[-1] and t.force_n[0] > 0.0):
