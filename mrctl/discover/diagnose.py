@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +14,17 @@ from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
 from mrctl.discover.reveal import hidden_effects
 from mrctl.discover.rivals import Rival, rivals_of, simplest
-from mrctl.discover.search import Level, Trial, search_level, without
+from mrctl.discover.search import Level, Trial, in_best_valley, search_level, without
 from mrctl.discover.structure import Structure, structure_of
 from mrctl.measurements.run import Campaign
-from mrctl.model.effects.base import Effect
+from mrctl.model.effects.base import Effect, Stage
 from mrctl.model.effects.registry import effects
 
 Array = NDArray[np.float64]
 Report = Callable[[float, str], None]
 
 MOST_EFFECTS = 4
+_TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0
 LEAST_SHARE = 0.02  # of the mean square that an effect must take off, ...
@@ -77,14 +78,18 @@ def diagnose(
     evidence = Evidence.of(campaign)
     report(0.05, "base model")
     base = evidence.base(known, values)
+    evidence = evidence.timed(base.fit)
+    base = evidence.base(known, base.fit.effect_values, base.fit)
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
     report(0.3, "candidates")
     levels, found = _search(evidence, base, candidates, report)
-    final = found[-1].proof if found else base
+    base, final = levels[0].before, levels[-1].before  # in the best valleys that the search came by
     stands = [(found[0], levels[0])] if len(found) == 1 else []
     if len(found) > 1:
         stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, levels)
+    if any(e.stage in _TIMED for e in final.fit.model.effects.chosen):
+        evidence, final = evidence.retimed(final)
     left = structure_of(final.fit, evidence.folds)
     balance = balance_of(evidence, final, left)
     removable = base.mean_square - final.mean_square + balance.left
@@ -131,8 +136,8 @@ def _search(
         best = simplest(good[0], level, good)
         if found and not _matters(evidence, base, here, best):
             break
-        found.append(best)
-        here = best.proof
+        here = in_best_valley(best, evidence.folds)
+        found.append(replace(best, proof=here))
     return levels, found
 
 
@@ -152,7 +157,7 @@ def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
         trial.chance * candidates < SIGNIFICANCE
         and trial.score > LEAST_SCORE
         and before.mean_square - trial.proof.mean_square > LEAST_SHARE * before.mean_square
-        and trial.proof.held_out_mean_square < before.held_out_mean_square
+        and trial.proof.predicts_better_than(before)
     )
 
 

@@ -15,10 +15,11 @@ from mrctl.discover.proof import Proof, prove
 from mrctl.discover.refit import part
 from mrctl.discover.search import Folds
 from mrctl.discover.spectral_floor import spectral_floor
+from mrctl.discover.step_times import timed
 from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.joint import WEIGHING_RATE_HZ, JointFit, JointModel
 from mrctl.identify.records import Record, possible_rise_k, records_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
@@ -26,8 +27,9 @@ from mrctl.model.effects.registry import effects
 
 Array = NDArray[np.float64]
 
-SEARCHED_SAMPLES = 30000  # more are averaged down, as far as SLOWEST_HZ
-SLOWEST_HZ, FASTEST_HZ = 400.0, 500.0  # slower ones are refined
+SEARCHED_SAMPLES = 30000  # of runs that repeat, where there are more
+SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower ones are refined, faster ones averaged, ...
+LONG_S, LONG_SLOWEST_HZ, LONG_FASTEST_HZ = 120.0, 400.0, 500.0  # ... in a long campaign less so
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
@@ -51,6 +53,7 @@ class Evidence:
     """The campaign's moving runs: at full rate, at the rate of the search, with noise floors and folds."""
 
     campaign: Campaign
+    measured: list[Record]
     full: list[Record]
     records: list[Record]
     floors: list[NoiseFloor]
@@ -59,26 +62,48 @@ class Evidence:
     @classmethod
     def of(cls, campaign: Campaign) -> Evidence:
         """Raises InputError when no run moves the damper and measures its force."""
-        full = [
-            r.refined(int(np.ceil(SLOWEST_HZ / r.rate_hz)))
+        moving = [
+            r
             for r in records_of(campaign.runs)
             if float(np.max(np.abs(r.velocity_m_s))) > REST_M_S and float(np.ptp(r.force_n)) > 0.0
         ]
-        if not full:
+        if not moving:
             raise InputError.at(
                 campaign.root,
                 "no run moves the damper and measures its force",
                 "measure velocity and force in motion",
             )
+        return cls._of(campaign, moving, [noise_floor(campaign.runs[r.run]) for r in moving])
+
+    @classmethod
+    def _of(cls, campaign: Campaign, measured: list[Record], floors: list[NoiseFloor]) -> Evidence:
+        full = [
+            r if r.rate_hz >= SLOWEST_HZ else r.refined(int(np.ceil(SLOWEST_HZ / r.rate_hz)))
+            for r in measured
+        ]
         seconds = sum(len(r) / r.rate_hz for r in full)
-        rate = float(np.clip(SEARCHED_SAMPLES / seconds, SLOWEST_HZ, FASTEST_HZ))
-        floors = [noise_floor(campaign.runs[r.run]) for r in full]
-        share = SEARCHED_SAMPLES / (seconds * rate)
+        share = SEARCHED_SAMPLES / (seconds * WEIGHING_RATE_HZ)
         records = [
-            _shortened(r, f, share).decimated(max(1, int(r.rate_hz / rate)))
+            _shortened(r, f, share).decimated(int(r.rate_hz / FASTEST_HZ))
             for r, f in zip(full, floors, strict=True)
         ]
-        return cls(campaign, full, records, floors, folds_of(records))
+        return cls(campaign, measured, full, records, floors, folds_of(records))
+
+    def timed(self, fit: JointFit) -> Evidence:
+        """The same, with the times of the current's steps taken from the force."""
+        return replace(
+            self._of(self.campaign, timed(self.measured, fit), self.floors), measured=self.measured
+        )
+
+    def retimed(self, proof: Proof) -> tuple[Evidence, Proof]:
+        """The steps' times taken anew with a model that has been found, and the model fitted to them.
+
+        A model without the coil's lag put part of it into the times: so it is fitted to the currents as they
+        were measured first.
+        """
+        plain = self._of(self.campaign, self.measured, self.floors)
+        evidence = plain.timed(_fitted_to(plain.records, proof.fit))
+        return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
 
     def candidates(self, known: Sequence[Effect]) -> tuple[list[Effect], dict[str, str]]:
         """Effects that this data can be searched for, and why the others cannot."""
@@ -94,15 +119,22 @@ class Evidence:
                 found.append(effect)
         return found, left
 
-    def base(self, known: Sequence[Effect] = (), values: dict[str, tuple[float, ...]] | None = None) -> Proof:
+    def base(
+        self,
+        known: Sequence[Effect] = (),
+        values: dict[str, tuple[float, ...]] | None = None,
+        start: JointFit | None = None,
+    ) -> Proof:
         """The base model, with the effects that the calibration has already, fitted to the searched records.
+
+        start: a fit without effects to begin with.
 
         Every record counts with the noise of the whole fit: one that fits badly is what is looked for, and
         must not be weighed down.
         """
-        fit = fit_base(self.records, warmer_k=possible_rise_k(self.records))
-        model = JointModel(fit.model.layout, self.records, Effects(tuple(known)))
-        theta = np.concatenate([fit.theta, model.effects.pack(values or {})])
+        fit = fit_base(self.records, warmer_k=possible_rise_k(self.records)) if start is None else start
+        model = JointModel(fit.model.layout, self.records, Effects(tuple(known)), minimum_phase=True)
+        theta = np.concatenate([fit.theta[: fit.model.layout.size], model.effects.pack(values or {})])
         model.reweigh(theta)
         old = {p.name: p.weight for p in fit.penalties}
         penalties = [replace(p, weight=old.get(p.name, p.weight)) for p in model.penalties()]
@@ -112,19 +144,23 @@ class Evidence:
     def budget(self, fit: JointFit) -> Budget:
         """What a fit leaves, and how much of that is noise.
 
-        Where runs do not repeat, the noise is read off the spectrum of what the fit leaves, and what the
-        measured velocity's own noise makes of the model's force is added. Where neither shows it, all that is
-        left counts as noise: then only what the signals predict of it is known not to be.
+        It is measured where runs repeat; elsewhere read off the spectrum of what the fit leaves. What the
+        velocity's noise makes of the model's force comes on top: the true force knows nothing of it. Where
+        neither shows it, all that is left counts as noise, but for what the signals predict of it.
         """
         errors = self.steady_errors(fit)
         total = float(np.mean(np.concatenate(errors) ** 2))
-        known = [(f.floor_n, e) for f, e in zip(self.floors, errors, strict=True) if f.floor_n is not None]
+        brought = [f[f.size - e.size :] for f, e in zip(input_noise(fit, self.full), errors, strict=True)]
+        known = [
+            (f.floor_n**2 + float(np.mean(b * b)), e)
+            for f, b, e in zip(self.floors, brought, errors, strict=True)
+            if f.floor_n is not None
+        ]
         samples = sum(e.size for _, e in known)
         if samples >= KNOWN_SHARE * sum(e.size for e in errors):
             # Runs whose noise is not known are not held against that of the others.
-            noise = sum(e.size * f * f for f, e in known) / samples
+            noise = sum(e.size * square for square, e in known) / samples
             return Budget(total, sum(float(e @ e) for _, e in known) / samples, noise, measured=True)
-        brought = [f[f.size - e.size :] for f, e in zip(input_noise(fit, self.full), errors, strict=True)]
         spectral = spectral_floor(errors, [r.rate_hz / r.finer for r in self.full], brought)
         # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
         least = float(np.median([f.lower_bound_n for f in self.floors]))
@@ -139,6 +175,14 @@ class Evidence:
             e[:: r.finer][model.settle_blocks(fit.theta, r) * model.factor(r) // r.finer :]
             for r, e in zip(self.full, model.errors(fit.theta), strict=True)
         ]
+
+
+def _fitted_to(records: list[Record], fit: JointFit) -> JointFit:
+    """The same model on other records, each weighed as its like was."""
+    old = fit.model
+    model = JointModel(old.layout, records, old.effects, old.minimum_phase)
+    model.weights, model.noise_n = old.weights, old.noise_n
+    return model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4)
 
 
 def _shortened(record: Record, floor: NoiseFloor, share: float) -> Record:

@@ -94,7 +94,7 @@ def _below(fit: JointFit, limit: float) -> JointFit:
 
 def _fitted(fit: JointFit, theta: Array, trust: list[Array], iterations: int = 6) -> Array:
     model = fit.model
-    trusting = _Trusting(model.layout, model.records, model.effects, trust)
+    trusting = _Trusting(model.layout, model.records, model.effects, model.minimum_phase, trust)
     trusting.noise_n, trusting.weights = model.noise_n, model.weights
     return trusting.fit(theta, penalties=fit.penalties, rounds=1, iterations=iterations, tolerance=1e-3).theta
 

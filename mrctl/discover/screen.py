@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 STEPS = 4
 CLIMBED = 7
 HALVINGS = 3
+SMALLER = 0.2  # of the usual size: an effect may be far below it
 SLOPE_STEP = 1e-3  # of a parameter's scale
 WORTH = 0.02  # share of the gain so far that another step must promise
 ABSORBED = (
@@ -76,7 +77,7 @@ class Screen:
         """For each starting point, the gain that one linear step promises."""
         return [
             (self._Trial(self, effect).promise(np.array(start)), start)
-            for start in effect.starting_points(self.ranges)
+            for start in _starts(effect, self.ranges)
         ]
 
     def climb(self, effect: Effect, start: Vector) -> Look:
@@ -200,6 +201,17 @@ class Screen:
                 if won < WORTH * max(gain, 1.0):
                     break
             return self._look(gain, values, force)
+
+
+def _starts(effect: Effect, ranges: Ranges) -> list[Vector]:
+    """The effect's own starting points, and smaller ones where its force is not in proportion to it."""
+    points = effect.starting_points(ranges)
+    if all(p.linear or p.held for p in effect.parameters):
+        return points
+    smaller = [
+        tuple(n + SMALLER * (x - n) for x, n in zip(point, effect.neutral, strict=True)) for point in points
+    ]
+    return list(dict.fromkeys([*points, *smaller]))
 
 
 def _bounded_step(normal: Array, right: Array, lower: Array, upper: Array) -> Array:

@@ -17,6 +17,7 @@ from mrctl.identify.batch import in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit
 from mrctl.identify.penalties import Penalty
+from mrctl.identify.valleys import from_other_lags
 from mrctl.model.effects.base import Effect, Stage
 
 Array = NDArray[np.float64]
@@ -123,6 +124,14 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
     trials = in_parallel(lambda t: t if t is best else _from(t, there, least, folds), trials)
     colour = min(trials, key=lambda t: t.proof.mean_square).proof.colour
     return before, [_judged(before, t, colour) for t in trials]
+
+
+def in_best_valley(trial: Trial, folds: Folds) -> Proof:
+    """The trial's model, its filter begun anew: with the effect in the model another one may suit better."""
+    if trial.effect.stage is Stage.MOTION:  # every slope is a simulation
+        return trial.proof
+    fit = from_other_lags(trial.fit)
+    return trial.proof if fit is trial.fit else prove(fit, folds)
 
 
 def _from(trial: Trial, base: Array, least: float, folds: Folds) -> Trial:

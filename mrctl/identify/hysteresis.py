@@ -21,12 +21,22 @@ from mrctl.model.filters import ORDER, Filter
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+SHOWN = 0.02  # of a step: what a pole must add to it
+LAG_PAIR_RAD_S = 2.0 * np.pi * 300.0  # where the other poles of a plain lag are out of the way
 UNIT_RAD_S = 2.0 * np.pi * 10.0  # s is counted in this unit, so that the parameters are near 1
 
 
 def parameter_count(order: int) -> int:
     """Parameters of a filter of this order: as many for the poles as for the numerator."""
     return 2 * order
+
+
+def lag(hz: float) -> Array:
+    """Parameters of a third-order filter that is little more than a lag at a frequency in Hz."""
+    pair = LAG_PAIR_RAD_S / UNIT_RAD_S
+    return np.array(
+        [np.log(2.0 * np.pi * hz / UNIT_RAD_S), np.log(2.0 * pair), 2.0 * np.log(pair), 0.1, 0.02, 0.02]
+    )
 
 
 def denominator(log_d: Array) -> Array:
@@ -254,15 +264,22 @@ def response(theta: Array, frequencies_hz: Array) -> NDArray[np.complex128]:
 
 
 def slowest_s(theta: Array) -> float:
-    """Time constant in s of the slowest pole; 0 for H = 1."""
-    return _slowest_s(tuple(theta[: theta.size // 2].tolist()))
+    """Time constant in s of the slowest pole that shows in the answer to a step; 0 for H = 1."""
+    return _slowest_s(tuple(theta.tolist()))
 
 
 @lru_cache(maxsize=256)
-def _slowest_s(log_d: tuple[float, ...]) -> float:
-    if not log_d:
+def _slowest_s(theta: tuple[float, ...]) -> float:
+    order = len(theta) // 2
+    if not order:
         return 0.0
-    return float(1.0 / (UNIT_RAD_S * np.min(-np.roots(denominator(np.array(log_d))).real)))
+    den = denominator(np.array(theta[:order]))
+    num = np.array([*theta[order:][::-1], 1.0]) * den
+    poles = np.roots(den)
+    steepness = np.polyval(np.polyder(den), poles)
+    steepness = np.where(np.abs(steepness) > 1e-12, steepness, 1e-12)
+    shown = np.abs(np.polyval(num, poles) / (poles * steepness)) > SHOWN  # a pole that a zero hides is none
+    return float(np.max(1.0 / (UNIT_RAD_S * -poles.real[shown]), initial=0.0))
 
 
 def as_filter(theta: Array, rate_hz: float) -> Filter:

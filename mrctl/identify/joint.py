@@ -49,6 +49,7 @@ class JointModel:
     layout: Layout
     records: Sequence[Record]
     effects: Effects = field(default_factory=lambda: Effects(()))
+    minimum_phase: bool = False  # H's numerator positive: a lag, as a damper's; a delay is then seen as such
     batches: list[Batch] = field(init=False, repr=False)
     weights: Array = field(init=False, repr=False)
     noise_n: Array = field(init=False, repr=False)
@@ -71,7 +72,7 @@ class JointModel:
 
     def on(self, records: Sequence[Record]) -> JointModel:
         """The same model on other records: held-out ones, or a part."""
-        return JointModel(self.layout, records, self.effects)
+        return JointModel(self.layout, records, self.effects, self.minimum_phase)
 
     def with_effects(self, effects: Effects) -> JointModel:
         """The same base on the same records with other effects; weights stay."""
@@ -242,7 +243,7 @@ class JointModel:
         if order >= 2:
             lower[poles[-1]], upper[poles[-1]] = 2 * np.log(SLOWEST_POLE), 2 * np.log(top)
             upper[poles[-2]] = np.log(2 * top)
-        if minimum_phase:
+        if minimum_phase or self.minimum_phase:
             lower[parts["filter"].stop - order : parts["filter"].stop] = 0.0
         own_lower, own_upper = self.effects.bounds()
         return np.concatenate([lower, own_lower]), np.concatenate([upper, own_upper])

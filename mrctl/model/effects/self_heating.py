@@ -8,6 +8,8 @@ from collections.abc import Mapping, MutableSequence, Sequence
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.static import StaticTables, backbone_force
 
+LEAST_K_J = 1e-6  # a heat capacity of 1 MJ/K
+
 
 def step(
     p: Sequence[float],
@@ -44,6 +46,11 @@ def _guesses(_: Ranges) -> list[Vector]:
     return [(1e-4, 200.0, 2.0, 0.0), (1e-3, 200.0, 2.0, 0.0), (5e-3, 70.0, 2.0, 0.0)]
 
 
+def _plausible(p: Vector, _: Ranges) -> bool:
+    """Something heats: a rise at the start alone is an error of the case's temperature."""
+    return p[0] > LEAST_K_J
+
+
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
     if p[0] <= 0.0:
         return {}
@@ -73,4 +80,5 @@ EFFECT = Effect(
     states=("fluid above case, K",),
     guesses=_guesses,
     derived=_derived,
+    plausible=_plausible,
 )
