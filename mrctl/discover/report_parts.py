@@ -61,7 +61,8 @@ def where_it_fails(page: Page, fit: JointFit, records: Sequence[Record], campaig
     )
     model = fit.model.on(records)
     runs = [campaign.runs[r.run] for r in records]
-    worst = worst_conditions(runs, model.errors(fit.theta))
+    errors = [e[:: r.finer] for r, e in zip(records, model.errors(fit.theta), strict=True)]
+    worst = worst_conditions(runs, errors)
     if worst:
         page.table(
             ["condition", "RMSE N", "bias N"],

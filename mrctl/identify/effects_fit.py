@@ -24,7 +24,7 @@ from mrctl.simulate import Run, Trace, stages, trace
 Array = NDArray[np.float64]
 
 SLOPE_STEP = 1e-4  # of a parameter's scale
-NEAR = 0.02  # in any parameter: slopes by differences serve that far
+NEAR = 0.05  # in any parameter: slopes by differences serve that far
 PUSH = 1e-4  # of the static force's size, when a slope is pushed through a stage by a difference
 
 

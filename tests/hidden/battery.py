@@ -20,6 +20,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: the fits are small
+os.environ.setdefault("MRCTL_WORKERS", "1")  # the cases themselves run side by side
 
 import generate
 import score
