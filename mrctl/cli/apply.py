@@ -36,10 +36,12 @@ def apply(
     *,
     need_force: bool,
     need_current: bool,
+    finish: Callable[[Run, np.ndarray], np.ndarray] | None = None,
 ) -> tuple[Run, np.ndarray]:
     """Run a model over every sample and write the run with its output; returns both.
 
-    model_of: gives a function from sample number to value, called in order. Warnings go to standard error.
+    model_of: gives a function from sample number to value, called in order. finish: what becomes of all
+    values before they are written. Warnings go to standard error.
     """
     calibration = load_calibration(args.calibration)
     run = load_run(args.run_file, args.columns, need_force=need_force, need_current=need_current)
@@ -56,6 +58,8 @@ def apply(
             values[k] = model(k)
             if k % SAMPLES_PER_REPORT == 0:
                 progress.update(k)
+    if finish is not None:
+        values = finish(run, values)
     write_run_csv(run, Path(args.output), {column: values})
     return run, values
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 import mrctl
 from mrctl.calibration import Provenance, Step, calibration_from_damper, dump_calibration
 from mrctl.identify.best import identify_best
+from mrctl.identify.forward import modelled
 from mrctl.identify.page import write_page
 from mrctl.identify.result import Errors, errors_of
 from mrctl.measurements import Campaign, load_campaign, require_sound
@@ -23,7 +24,6 @@ from mrctl.model.damper import Damper
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
 from mrctl.report.terminal import paint, table
-from mrctl.simulate import simulate
 from mrctl.yaml_source.writer import write_atomically
 
 Array = NDArray[np.float64]
@@ -112,18 +112,7 @@ def _identified(
 
 def damper_forces(campaign: Campaign, damper: Damper) -> list[Array]:
     """The forward model's force in N (n) in every run of the campaign."""
-    return [
-        simulate(
-            damper,
-            run.dt_s,
-            run.velocity_m_s,
-            run.current_a,
-            run.temperature_c,
-            run.displacement_m,
-            run.acceleration_m_s2,
-        )
-        for run in campaign.runs
-    ]
+    return [modelled(damper, run) for run in campaign.runs]
 
 
 def _figures(

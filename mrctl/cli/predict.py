@@ -8,6 +8,7 @@ from collections.abc import Callable
 from mrctl.calibration import Calibration
 from mrctl.cli.apply import add_common_arguments, apply
 from mrctl.measurements import Run
+from mrctl.measurements.averaging import as_stored, behind
 from mrctl.model.pipeline import ForwardPipeline
 
 
@@ -16,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_common_arguments(parser)
     parser.epilog = """\
 Adds the column force_model_N. The run needs velocity (or displacement), current and temperature; a measured
-force is kept, not needed.
+force is kept, not needed. Where force and motion are stored as moving means, so is the model's force.
 
 example:
   mrctl predict config/calibration.yaml run.csv -o predicted.csv
@@ -25,11 +26,12 @@ example:
 
 def run(args: argparse.Namespace) -> int:
     """Predict and write."""
-    apply(args, "force_model_N", _model, need_force=False, need_current=True)
+    apply(args, "force_model_N", _model, need_force=False, need_current=True, finish=as_stored)
     return 0
 
 
 def _model(calibration: Calibration, run: Run) -> Callable[[int], float]:
+    run = behind(run)
     v, i, T, x, a = (
         values.tolist()
         for values in (

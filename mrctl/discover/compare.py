@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from mrctl.discover.conditions import Band, Condition, bands, worst_conditions
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor, pooled_floor
+from mrctl.identify.forward import modelled
 from mrctl.identify.result import Errors, errors_of
 from mrctl.measurements.run import Campaign, Run
 from mrctl.model.damper import Damper
-from mrctl.simulate import simulate
 
 Array = NDArray[np.float64]
 
@@ -58,17 +58,7 @@ def compare(
     forces: list[Array] = []
     floors: list[NoiseFloor] = []
     for run in campaign.runs:
-        forces.append(
-            simulate(
-                damper,
-                run.dt_s,
-                run.velocity_m_s,
-                run.current_a,
-                run.temperature_c,
-                run.displacement_m,
-                run.acceleration_m_s2,
-            )
-        )
+        forces.append(modelled(damper, run))
         floors.append(noise_floor(run))
         progress(run.name)
     errors = errors_of(campaign, list(range(len(forces))), forces)

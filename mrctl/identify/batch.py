@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mrctl.identify import base
 from mrctl.identify.layout import Layout
 from mrctl.identify.records import Record
+from mrctl.measurements.averaging import smoothed
 from mrctl.simulate import Run
 
 Array = NDArray[np.float64]
@@ -38,6 +39,7 @@ class Batch:
     run: Run
     force_n: Array
     inputs: base.Inputs = field(repr=False)
+    averaged: tuple[float, ...] = ()  # samples over which each record's force is a mean; none: as sampled
 
     @classmethod
     def of(cls, layout: Layout, numbers: Sequence[int], records: Sequence[Record], factor: int) -> Batch:
@@ -52,12 +54,22 @@ class Batch:
             base.Inputs.of(
                 layout, records[0].rate_hz, run.velocity_m_s, run.current_a, run.temperature_c, run.starts
             ),
+            tuple(r.averaged_s * r.rate_hz for r in records) if any(r.averaged_s for r in records) else (),
         )
 
     @property
     def block_starts(self) -> Ints:
         """Where each record's blocks begin, and where the last one's end."""
         return self.run.starts // self.factor
+
+    def as_stored(self, x: Array, factor: int = 1) -> Array:
+        """Forces or their slopes (..., samples // factor), averaged as each record's force was."""
+        if not self.averaged:
+            return x
+        parts = np.split(x, self.run.starts[1:-1] // factor, axis=-1)
+        return np.concatenate(
+            [smoothed(part, n / factor) for part, n in zip(parts, self.averaged, strict=True)], axis=-1
+        )
 
     def samples(self, x: Array) -> list[Array]:
         """Each record's part of an array over all samples."""

@@ -140,8 +140,8 @@ def _searched_filter(fit: JointFit, order: int) -> Array:
     model = fit.model
     factors = [model.factor(r) for r in model.records]
     static = [
-        base.averaged(base.backbone(x, fit.tables).force_n, k)
-        for x, k in zip(model.inputs, factors, strict=True)
+        base.averaged(r.as_stored(base.backbone(x, fit.tables).force_n), k)
+        for r, x, k in zip(model.records, model.inputs, factors, strict=True)
     ]
     force = [base.averaged(r.force_n, k) for r, k in zip(model.records, factors, strict=True)]
     rates = [r.rate_hz / k for r, k in zip(model.records, factors, strict=True)]

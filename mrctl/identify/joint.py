@@ -132,14 +132,19 @@ class JointModel:
         """Force in N of each batch."""
         tables = self.tables(theta)
         if not self.effects.size:
-            return in_parallel(lambda k: base.force(self.batches[k].inputs, tables), range(len(self.batches)))
+
+            def plain(k: int) -> Array:
+                batch = self.batches[k]
+                return batch.as_stored(base.force(batch.inputs, tables))
+
+            return in_parallel(plain, range(len(self.batches)))
         settings = self.effects.settings(theta[self.layout.size :])
         dampers = effects_fit.Dampers(self.layout, tables)
 
         def force(k: int) -> Array:
             trace = dampers.traced(self.batches[k].run, settings, self._traces[k])
             self._traces[k] = trace
-            return trace.force_n
+            return self.batches[k].as_stored(trace.force_n)
 
         return in_parallel(force, range(len(self.batches)))
 
@@ -185,7 +190,8 @@ class JointModel:
             force = trace.force_n
         else:
             force, rows = base.linearise(batch.inputs, self.layout, dampers.tables, batch.factor)
-        return base.averaged(batch.force_n - force, batch.factor), rows
+        rest = base.averaged(batch.force_n - batch.as_stored(force), batch.factor)
+        return rest, replace(rows, values=batch.as_stored(rows.values, batch.factor))
 
     def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:
         """Record by record: residual (n) and the force's slopes (m, n) by the parameters it sees."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from mrctl.measurements.averaging import behind, smoothed
 from mrctl.measurements.run import Run
 
 Array = NDArray[np.float64]
@@ -31,9 +32,14 @@ class Record:
     displacement_m: Array
     acceleration_m_s2: Array
     finer: int = 1  # samples here for one that was measured
+    averaged_s: float = 0.0  # the force is a moving mean over it
 
     def __len__(self) -> int:
         return self.force_n.size
+
+    def as_stored(self, force_n: Array, factor: int = 1) -> Array:
+        """A force (..., n // factor) averaged as the record's was."""
+        return smoothed(force_n, self.averaged_s * self.rate_hz / factor)
 
     def refined(self, factor: int) -> Record:
         """Splines through the samples, at a multiple of their rate.
@@ -96,8 +102,9 @@ def records_of(runs: Iterable[Run]) -> list[Record]:
             run.force_n,
             run.displacement_m,
             run.acceleration_m_s2,
+            averaged_s=run.averaged_s,
         )
-        for number, run in enumerate(runs)
+        for number, run in enumerate(map(behind, runs))
         if len(run) >= SHORTEST and run.has_force and run.has_current
     ]
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mrctl.errors import InputError, Problem
+from mrctl.measurements.averaging import averaged_over_s
 from mrctl.measurements.clock import Clock, settle_clock
 from mrctl.measurements.derivative import differentiate
 from mrctl.measurements.integral import integrate
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 ABSURD = 1e15
 """No channel holds such a number in any unit; squares of it would still be finite."""
+SAME_STEP = 0.02
+"""Of a step's change to the next: nearer than this, a velocity is the step itself, but for rounding."""
 MIN_ROWS = 10
 """Below this no derivative can be taken and nothing can be said about a damper."""
 
@@ -92,6 +95,7 @@ def assemble(raw: RawRun, *, need_force: bool = True, need_current: bool = True)
     size = len(clock.time_s)
     for name in ("force_n", "current_a"):
         channels.setdefault(name, np.full(size, np.nan))
+    averaged_s = _averaged_s(channels, 1.0 / clock.rate_hz, notes)
     derived = _derive(channels, 1.0 / clock.rate_hz, notes)
     return Run(
         name=raw.name,
@@ -102,6 +106,7 @@ def assemble(raw: RawRun, *, need_force: bool = True, need_current: bool = True)
         notes=tuple(notes),
         lines=lines,
         declared=raw.declared,
+        averaged_s=averaged_s,
         **{name: np.broadcast_to(values, size) for name, values in channels.items()},
     )
 
@@ -182,3 +187,37 @@ def _derive(channels: dict[str, FloatArray], dt: float, notes: list[str]) -> tup
             channels["acceleration_m_s2"] = differentiate(channels["displacement_m"], dt, order=2)
             notes.append("acceleration derived from displacement")
     return tuple(name for name in KINEMATICS if name not in have)
+
+
+def _is_difference(channels: Mapping[str, FloatArray], dt: float) -> bool:
+    """Whether the velocity is displacement's backward or forward difference: that is half a sample off."""
+    if not {"velocity_m_s", "displacement_m"} <= channels.keys():
+        return False
+    velocity = channels["velocity_m_s"]
+    step = np.diff(channels["displacement_m"]) / dt
+    if velocity.size != step.size + 1:  # a constant
+        return False
+    change = float(np.linalg.norm(np.diff(step)))
+    return any(np.linalg.norm(part - step) < SAME_STEP * change for part in (velocity[1:], velocity[:-1]))
+
+
+def _averaged_s(channels: dict[str, FloatArray], dt: float, notes: list[str]) -> float:
+    """The window in s of the moving mean that force and motion are; 0 where they are none.
+
+    Takes a velocity out that is a step of the averaged displacement. (Elsewhere it stays: there the
+    displacement may as well be the sum of the velocity.)
+    """
+    motion = next(channels[name] for name in KINEMATICS if name in channels)
+    force = channels["force_n"]
+    if not np.all(np.isfinite(force)) or motion.size != force.size:
+        return 0.0
+    found = averaged_over_s(force, motion, dt)
+    if found:
+        notes.append(
+            f"force and motion are moving means over {1e3 * found:.4g} ms (nothing is left in them of the "
+            f"multiples of {1.0 / found:.4g} Hz); models are averaged alike before they are compared"
+        )
+        if _is_difference(channels, dt):
+            del channels["velocity_m_s"]
+            notes.append("velocity_m_s is one step of displacement_m, half a sample off: derived anew")
+    return found

@@ -51,7 +51,8 @@ class Run:
     A run that was read without force or current (because the caller needs none) has NaN there, so that a use
     by mistake shows; ask `has_force`, `has_current`. `derived` names the channels that were not measured but
     computed from others; `notes` says how the file was read. `lines` holds each sample's line in the file
-    (None where a file has none), `declared` the channels whose unit a person stated.
+    (None where a file has none), `declared` the channels whose unit a person stated. Force and motion are
+    moving means over `averaged_s` (0: they are not).
     """
 
     name: str
@@ -71,6 +72,7 @@ class Run:
     notes: tuple[str, ...] = ()
     lines: IntArray | None = field(default=None, repr=False)
     declared: frozenset[str] = frozenset()
+    averaged_s: float = 0.0
 
     def __post_init__(self) -> None:
         """Hold the arrays to float64 of one length; ValueError otherwise (a mistake of the program)."""
