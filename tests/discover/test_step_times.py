@@ -1,0 +1,84 @@
+"""A current that steps between two samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from identify.virtual import Bench, random_damper
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.step_times import lone_steps
+from mrctl.identify.records import Record
+from mrctl.measurements.run import Campaign, Run
+
+FINE_HZ, RATE_HZ = 4000.0, 500.0
+KEPT = int(FINE_HZ / RATE_HZ)
+NOISE_N = 1.0
+
+
+def _sampled(run: Run) -> Run:
+    taken = {
+        name: getattr(run, name)[::KEPT].copy()
+        for name in (
+            "time_s", "velocity_m_s", "current_a", "temperature_c", "force_n", "displacement_m",
+            "acceleration_m_s2",
+        )
+    }  # fmt: skip
+    return replace(run, sample_rate_hz=RATE_HZ, **taken)
+
+
+@pytest.fixture(scope="module")
+def stepped() -> tuple[Campaign, list[np.ndarray]]:
+    """Runs at 500 Hz whose current steps at any time, and how much earlier than mid-interval each was."""
+    bench = Bench(random_damper(4), np.random.default_rng(4), NOISE_N)
+    runs, earlier = [], []
+    for k in range(5):
+        t, v = bench.road(FINE_HZ, 5.0)
+        at = np.sort(bench.random.choice(np.arange(1, 24), 8, replace=False)) * 800
+        at += bench.random.integers(0, 800 // 2, at.size)  # none nearer than 100 ms to another
+        current = np.zeros(t.size)
+        for n, start in enumerate(at):
+            current[start:] = (2.0, 0.5, 3.0, 1.0)[n % 4]
+        runs.append(_sampled(bench.run(f"{k}", t, v, current, 40.0)))
+        into = (at - 1) % KEPT + 1  # fine samples after the last one that shows the old current
+        earlier.append(0.5 - into / KEPT)
+    return Campaign(Path("stepped"), tuple(runs), "0" * 64), earlier
+
+
+def test_the_times_are_taken_from_the_force_and_the_error_falls(stepped):
+    campaign, earlier = stepped
+    evidence = Evidence.of(campaign)
+    before = evidence.base()
+    timed = evidence.timed(before.fit)
+    after = timed.base((), {}, before.fit)
+    assert after.mean_square < 0.6 * before.mean_square
+    found = []
+    for old, new in zip(evidence.records, timed.records, strict=True):
+        moved = (new.current_a - old.current_a).sum() / evidence.records[0].rate_hz * RATE_HZ
+        found.append(moved)
+    expected = []
+    for run, share in zip(campaign.runs, earlier, strict=True):
+        at = np.flatnonzero(np.abs(np.diff(run.current_a)) > 0.1)
+        expected.append(float(np.sum(share * np.diff(run.current_a)[at])))
+    assert np.corrcoef(found, expected)[0, 1] > 0.9
+
+
+def test_the_currents_as_measured_are_kept_for_another_model(stepped):
+    evidence = Evidence.of(stepped[0])
+    timed = evidence.timed(evidence.base().fit)
+    for old, kept in zip(evidence.measured, timed.measured, strict=True):
+        assert kept is old
+
+
+def test_only_steps_that_stand_alone_are_looked_at():
+    current = np.zeros(1000)
+    current[200:] = 1.0
+    current[400:] = 2.0
+    current[410:] = 0.5  # 20 ms later: neither of the two can be timed
+    current[700:900] += np.linspace(0.0, 1.0, 200)  # a ramp
+    flat = np.zeros(1000)
+    record = Record(0, RATE_HZ, flat, current, flat, flat, flat, flat)
+    assert lone_steps(record, 0.1).tolist() == [199, 899]
