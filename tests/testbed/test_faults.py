@@ -7,6 +7,7 @@ recording and not by time, which one of the faults changes, and by what the daem
 from __future__ import annotations
 
 import json
+import re
 from itertools import pairwise
 from typing import Any
 
@@ -21,6 +22,7 @@ pytestmark = pytest.mark.testbed
 OTHER_CALIBRATION = CALIBRATION.replace("values: [290.0, 530.0, 760.0,", "values: [290.0, 500.0, 700.0,")
 BROKEN_CALIBRATION = CALIBRATION.replace("values: [290.0, 530.0,", "values: [530.0, 290.0,")
 FLOOD = 30_000
+INPUTS = ("RelativeVelocity", "BodyVelocity", "CaseTemperature")
 
 SCRIPT = """
 record() { candump -D -L -r 4194304 vcan0 >>bus.log 2>>candump.err & recorder=$!; }
@@ -192,12 +194,18 @@ def test_a_step_of_the_wall_clock_touches_nothing(
 
 
 def test_a_stopped_controller_goes_on_with_fresh_frames_only(
-    begins: dict[str, tuple[int, int]], log: list[dict[str, Any]]
+    begins: dict[str, tuple[int, int]], frames: list[Frame], log: list[dict[str, Any]]
 ) -> None:
-    lines = during("stop", begins, log, 1)
-    assert any(line["event"] == "frames_stale" for line in lines)
-    # The first frames after those that were thrown away are out of sequence, and also not used.
-    assert any(line.get("counter", 0) > 0 for line in lines if line["event"] == "rejected frames")
+    recorded = during("stop", begins, frames, 0)
+    commands = [frame.time_s for frame in buslog.named(recorded, "CurrentCommand")]
+    stopped, went_on = max(pairwise(commands), key=lambda two: two[1] - two[0])
+    assert went_on - stopped > 2.0
+    came = [frame.time_s for name in INPUTS for frame in buslog.named(recorded, name)]
+    stale = [line for line in during("stop", begins, log, 1) if line["event"] == "frames_stale"]
+    thrown = sum(int(re.findall(r"(\d+) frames", line["detail"])[0]) for line in stale)
+    # All that came during the stop, but for the last moment before it went on, whose frames are fresh.
+    assert sum(stopped + 0.1 < at < went_on - 0.3 for at in came) <= thrown
+    assert thrown <= sum(stopped - 0.1 < at < went_on for at in came)
 
 
 def test_frames_that_the_buffer_lost_are_counted_in_the_log(
