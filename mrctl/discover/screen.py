@@ -61,6 +61,7 @@ def ranges_of(model: JointModel) -> Ranges:
         max(float(np.max(one.current_a)) for one in r),
         max(float(np.quantile(np.abs(one.force_n), 0.995)) for one in r),
         max(0.0, *(-float(np.quantile(one.force_n, 0.005)) for one in r)),
+        max(one.finer / one.rate_hz for one in r),
     )
 
 

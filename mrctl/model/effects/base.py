@@ -136,6 +136,7 @@ class Ranges(NamedTuple):
     current_a: float
     force_n: float
     compression_force_n: float = 0.0  # the largest force in compression, positive
+    sample_s: float = 0.0  # the slowest record's interval
 
 
 Step = Callable[..., Any]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 # The lead asks the driver for at most this many times the missing current; noise grows as much.
 LARGEST_LEAD = 5.0
@@ -42,6 +42,11 @@ def undo(p: Sequence[float], s: MutableSequence[float], wanted_a: float, dt_s: f
     return s[0] + (wanted_a - s[0]) * min(1.0 / (1.0 - math.exp(-dt_s / tau)), LARGEST_LEAD)
 
 
+def _plausible(p: Vector, ranges: Ranges) -> bool:
+    """Longer than what nobody knows of the time of a step that fell between two samples."""
+    return max(p[0], p[1]) > 0.5 * ranges.sample_s
+
+
 EFFECT = Effect(
     name="current_lag",
     stage=Stage.CURRENT,
@@ -61,4 +66,5 @@ EFFECT = Effect(
     start=start,
     states=("current in the coil, A", "last command, A"),
     undo=undo,
+    plausible=_plausible,
 )
