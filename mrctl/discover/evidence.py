@@ -20,6 +20,7 @@ from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import WEIGHING_RATE_HZ, JointFit, JointModel
+from mrctl.identify.penalties import weighed_as
 from mrctl.identify.records import Record, possible_rise_k, records_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
@@ -28,8 +29,7 @@ from mrctl.model.effects.registry import effects
 Array = NDArray[np.float64]
 
 SEARCHED_SAMPLES = 30000  # of runs that repeat, where there are more
-SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower ones are refined, faster ones averaged, ...
-LONG_S, LONG_SLOWEST_HZ, LONG_FASTEST_HZ = 120.0, 400.0, 500.0  # ... in a long campaign less so
+SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower ones are refined, faster ones averaged
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
@@ -136,8 +136,7 @@ class Evidence:
         model = JointModel(fit.model.layout, self.records, Effects(tuple(known)), minimum_phase=True)
         theta = np.concatenate([fit.theta[: fit.model.layout.size], model.effects.pack(values or {})])
         model.reweigh(theta)
-        old = {p.name: p.weight for p in fit.penalties}
-        penalties = [replace(p, weight=old.get(p.name, p.weight)) for p in model.penalties()]
+        penalties = weighed_as(fit.penalties, model.penalties())
         fit = model.fit(theta, penalties=penalties, rounds=1, iterations=10, tolerance=1e-4)
         return prove(fit, self.folds)
 
@@ -190,8 +189,3 @@ def _shortened(record: Record, floor: NoiseFloor, share: float) -> Record:
     if share >= 1.0 or floor.cycles < FEWEST_CYCLES or len(record) / record.rate_hz > LONGEST_S:
         return record
     return part(record, 0, int(len(record) * max(share, FEWEST_CYCLES / floor.cycles)))
-
-
-def full_errors(fit: JointFit, records: Sequence[Record]) -> list[Array]:
-    """Measured less modelled force in N at every sample of the given records."""
-    return fit.model.on(records).errors(fit.theta)

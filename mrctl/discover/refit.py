@@ -13,6 +13,7 @@ from mrctl.discover.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.penalties import weighed_as
 from mrctl.identify.records import Record, possible_rise_k
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage, Vector
@@ -101,8 +102,7 @@ def fitted(
         mask[layout.size :] = own
     theta = model.pack(base.tables, values)
     model.reweigh(theta)
-    old = {p.name: p.weight for p in base.penalties}
-    penalties = [replace(p, weight=old.get(p.name, p.weight)) for p in model.penalties()]
+    penalties = weighed_as(base.penalties, model.penalties())
     return model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=12)
 
 

@@ -16,7 +16,7 @@ from mrctl.discover.tangent import Tangent
 from mrctl.identify.batch import in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit
-from mrctl.identify.penalties import Penalty
+from mrctl.identify.penalties import weighed_as
 from mrctl.identify.valleys import from_other_lags
 from mrctl.model.effects.base import Effect, Stage
 
@@ -86,13 +86,13 @@ def search_level(
         for one in seen[:MOST_FITTED]
         if one.gain > (_DEAR if one.effect.stage is Stage.MOTION else near) * best and one.free.any()
     ]
-    trials = in_parallel(partial(_tried, before, tangent, folds), promising)
+    trials = in_parallel(partial(tried, before, tangent, folds), promising)
     done(", ".join(one.effect.name for one in promising))
     for other in second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage is not Stage.MOTION]
         few = looks(frozen, cheap)[:MOST_SECOND]
-        for trial in in_parallel(partial(_tried, before, frozen, folds), few):
+        for trial in in_parallel(partial(tried, before, frozen, folds), few):
             same = next((t for t in trials if t.effect.name == trial.effect.name), None)
             if same is None or trial.proof.mean_square < same.proof.mean_square:
                 trials = [t for t in trials if t is not same] + [trial]
@@ -166,15 +166,11 @@ def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
     return replace(trial, proof=proof, gain=gain, chance=chance(gain, trial.parameters))
 
 
-def tried(before: Proof, tangent: Tangent, look: Look, folds: Folds) -> Trial:
+def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:
     """The joint fit of a model with one more effect, begun at a look."""
     proof = prove(grown(tangent, look), folds)
     gain = log_gain(before, proof)
     return Trial(look.effect, look, proof, gain, chance(gain, int(np.count_nonzero(look.free))))
-
-
-def _tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:
-    return tried(before, tangent, look, folds)
 
 
 def grown(before: Tangent, look: Look) -> JointFit:
@@ -194,7 +190,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
     ]
     return model.fit(
         min(starts, key=model.cost),
-        penalties=_weighed_as(fit.penalties, model.penalties()),
+        penalties=weighed_as(fit.penalties, model.penalties()),
         free=np.concatenate([moving(fit), look.free]),
         rounds=1,
         iterations=ITERATIONS,
@@ -214,7 +210,7 @@ def without(proof: Proof, name: str, folds: Folds) -> Proof:
     model = fit.model.with_effects(Effects(rest))
     smaller = model.fit(
         fit.theta[keep],
-        penalties=_weighed_as(fit.penalties, model.penalties()),
+        penalties=weighed_as(fit.penalties, model.penalties()),
         free=moving(fit)[keep],
         rounds=1,
         iterations=ITERATIONS,
@@ -229,9 +225,3 @@ def moving(fit: JointFit) -> NDArray[np.bool_]:
     free = ~fit.solution.held | (fit.theta <= lower) | (fit.theta >= upper)
     free[: fit.model.layout.size] = True
     return free & fit.model.free()
-
-
-def _weighed_as(old: Sequence[Penalty], new: Sequence[Penalty]) -> list[Penalty]:
-    """The new model's penalties at the weights that the evidence gave them in the old fit."""
-    weights = {p.name: p.weight for p in old}
-    return [replace(p, weight=weights.get(p.name, p.weight)) for p in new]

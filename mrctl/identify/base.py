@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mrctl.identify import hysteresis
 from mrctl.identify.knots import Located, locate
 from mrctl.identify.layout import Layout, Tables
+from mrctl.simulate.run import whole
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -44,7 +45,7 @@ class Inputs:
             locate(velocity_m_s, layout.velocity_m_s),
             locate(current_a, layout.current_a),
             locate(temperature_c, layout.temperature_c),
-            np.array([0, current_a.size]) if starts is None else starts,
+            whole(current_a.size) if starts is None else starts,
         )
 
 

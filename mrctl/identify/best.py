@@ -103,12 +103,12 @@ def _lagged(records: Sequence[Record], layout: Layout, lag_hz: float) -> JointFi
 def _search_and_fit(fit: JointFit, layout: Layout) -> JointFit:
     """The best filter for these tables, then both together."""
     tables = replace(fit.tables, filter=_searched_filter(fit, layout.order))
-    model = JointModel(layout, fit.model.records)
+    model = JointModel(layout, fit.model.records, minimum_phase=True)
     theta = layout.pack(tables)
     model.reweigh(theta)
-    fit = model.fit(theta, rounds=1, iterations=8, tolerance=1e-3, minimum_phase=True)
+    fit = model.fit(theta, rounds=1, iterations=8, tolerance=1e-3)
     model.reweigh(fit.theta)
-    return model.fit(fit.theta, rounds=1, iterations=8, tolerance=1e-3, minimum_phase=True)
+    return model.fit(fit.theta, rounds=1, iterations=8, tolerance=1e-3)
 
 
 def _misfit(fit: JointFit) -> float:

@@ -17,6 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mrctl.model.filters import ORDER, Filter
+from mrctl.simulate.run import whole
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -194,7 +195,7 @@ def filter_rows(b: Array, a: Array, rows: Array, starts: Ints) -> None:
 
 
 def _starts(starts: Ints | None, size: int) -> Ints:
-    return np.array([0, size], dtype=np.int64) if starts is None else starts.astype(np.int64, copy=False)
+    return whole(size) if starts is None else starts.astype(np.int64, copy=False)
 
 
 @njit(cache=True, nogil=True)

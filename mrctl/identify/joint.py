@@ -228,7 +228,7 @@ class JointModel:
             cost += own_cost
         return Normal(matrix, right, cost)
 
-    def bounds(self, *, minimum_phase: bool = False) -> tuple[Array, Array]:
+    def bounds(self) -> tuple[Array, Array]:
         """Bounds of each parameter: f rises, g has the velocity's sign, poles are within reach."""
         layout, parts = self.layout, self.layout.parts
         lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
@@ -249,7 +249,7 @@ class JointModel:
         if order >= 2:
             lower[poles[-1]], upper[poles[-1]] = 2 * np.log(SLOWEST_POLE), 2 * np.log(top)
             upper[poles[-2]] = np.log(2 * top)
-        if minimum_phase or self.minimum_phase:
+        if self.minimum_phase:
             lower[parts["filter"].stop - order : parts["filter"].stop] = 0.0
         own_lower, own_upper = self.effects.bounds()
         return np.concatenate([lower, own_lower]), np.concatenate([upper, own_upper])
@@ -296,7 +296,6 @@ class JointModel:
         rounds: int = 4,
         iterations: int = 8,
         tolerance: float = 0.0,
-        minimum_phase: bool = False,
         on_round: Callable[[int, int], None] | None = None,
     ) -> JointFit:
         """Fit from theta, in rounds: between them the evidence sets the penalties' and records' weights.
@@ -306,7 +305,7 @@ class JointModel:
         """
         penalties = self.penalties() if penalties is None else list(penalties)
         free = self.free() if free is None else free
-        lower, upper = self.bounds(minimum_phase=minimum_phase)
+        lower, upper = self.bounds()
         solution = None
         for number in range(rounds):
             if number:

@@ -110,3 +110,9 @@ def _second_slopes(knots: Array) -> Array:
 def total_weight(penalties: Sequence[Penalty]) -> Array:
     """The penalties' Hessian (parameters, parameters)."""
     return np.asarray(sum(p.weight * p.gram for p in penalties), dtype=np.float64)
+
+
+def weighed_as(old: Sequence[Penalty], new: Sequence[Penalty]) -> list[Penalty]:
+    """A new model's penalties at the weights that the evidence gave them in an old fit."""
+    weights = {p.name: p.weight for p in old}
+    return [replace(p, weight=weights.get(p.name, p.weight)) for p in new]
