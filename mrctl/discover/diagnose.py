@@ -177,7 +177,7 @@ def _confirmed(
             level = last  # it was the last one added, and nothing has changed since
         else:
             smaller = without(final, effect.name, evidence.folds)
-            level = search_level(smaller, rest, evidence.folds, near=CLOSE)
+            level = search_level(smaller, rest, evidence.folds, near=CLOSE, known=final)
         smaller = level.before
         good = [t for t in level.trials if accepted(t, smaller, len(rest))]
         if not good:

@@ -28,12 +28,13 @@ from mrctl.model.effects.registry import effects
 
 Array = NDArray[np.float64]
 
-SEARCHED_SAMPLES = 30000  # of runs that repeat, where there are more
-SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower ones are refined, faster ones averaged
+SEARCHED_SAMPLES = 20000  # of runs that repeat, where there are more
+SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower runs are refined, faster ones averaged; ...
+LONG_S = 120.0  # ... in a campaign longer than this at half these rates
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
-FEWEST_CYCLES = 4  # of a run that repeats, to be searched
+FEWEST_CYCLES = 3  # of a run that repeats, to be searched
 LONGEST_S = 10.0  # a longer run may be heating up
 KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles
 
@@ -77,14 +78,13 @@ class Evidence:
 
     @classmethod
     def _of(cls, campaign: Campaign, measured: list[Record], floors: list[NoiseFloor]) -> Evidence:
-        full = [
-            r if r.rate_hz >= SLOWEST_HZ else r.refined(int(np.ceil(SLOWEST_HZ / r.rate_hz)))
-            for r in measured
-        ]
-        seconds = sum(len(r) / r.rate_hz for r in full)
-        share = SEARCHED_SAMPLES / (seconds * WEIGHING_RATE_HZ)
+        share = SEARCHED_SAMPLES / (_seconds(measured) * WEIGHING_RATE_HZ)
+        fewer = _seconds([_shortened(r, f, share) for r, f in zip(measured, floors, strict=True)])
+        by = 0.5 if fewer > LONG_S else 1.0
+        slowest, fastest = by * SLOWEST_HZ, by * FASTEST_HZ
+        full = [r if r.rate_hz >= slowest else r.refined(int(np.ceil(slowest / r.rate_hz))) for r in measured]
         records = [
-            _shortened(r, f, share).decimated(int(r.rate_hz / FASTEST_HZ))
+            _shortened(r, f, share).decimated(int(r.rate_hz / fastest))
             for r, f in zip(full, floors, strict=True)
         ]
         return cls(campaign, measured, full, records, floors, folds_of(records))
@@ -174,6 +174,10 @@ class Evidence:
             e[:: r.finer][model.settle_blocks(fit.theta, r) * model.factor(r) // r.finer :]
             for r, e in zip(self.full, model.errors(fit.theta), strict=True)
         ]
+
+
+def _seconds(records: Sequence[Record]) -> float:
+    return sum(len(r) / r.rate_hz for r in records)
 
 
 def _fitted_to(records: list[Record], fit: JointFit) -> JointFit:

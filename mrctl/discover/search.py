@@ -75,8 +75,13 @@ def search_level(
     folds: Folds,
     near: float = NEAR,
     done: Callable[[str], None] = lambda _: None,
+    known: Proof | None = None,
 ) -> Level:
-    """Look at every candidate beside the model, and fit those that take at least `near` of the best."""
+    """Look at every candidate beside the model, and fit those that take at least `near` of the best.
+
+    known: the same model with one of the candidates, already proven: that one is not fitted again, and the
+    base it leads to is opinion enough.
+    """
     tangent = Tangent.of(before.fit)
     seen = looks(tangent, candidates)
     done("every candidate")
@@ -86,9 +91,11 @@ def search_level(
         for one in seen[:MOST_FITTED]
         if one.gain > (_DEAR if one.effect.stage is Stage.MOTION else near) * best and one.free.any()
     ]
-    trials = in_parallel(partial(tried, before, tangent, folds), promising)
+    own = [] if known is None else _known(before, known, seen)
+    promising = [one for one in promising if one.effect.name not in {t.effect.name for t in own}]
+    trials = own + in_parallel(partial(tried, before, tangent, folds), promising)
     done(", ".join(one.effect.name for one in promising))
-    for other in second_opinions(before.fit):
+    for other in [] if own else second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage is not Stage.MOTION]
         few = looks(frozen, cheap)[:MOST_SECOND]
@@ -106,6 +113,13 @@ def search_level(
     ]
     trials.sort(key=lambda trial: -trial.score)
     return Level(before, tangent, seen, trials)
+
+
+def _known(before: Proof, proof: Proof, seen: Sequence[Look]) -> list[Trial]:
+    """The trial that a proven model is, its look among those seen."""
+    names = {e.name for e in proof.fit.model.effects.chosen}
+    names -= {e.name for e in before.fit.model.effects.chosen}
+    return [_trial(before, one, proof) for one in seen if one.effect.name in names and one.free.any()]
 
 
 def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, list[Trial]]:
@@ -168,7 +182,10 @@ def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
 
 def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:
     """The joint fit of a model with one more effect, begun at a look."""
-    proof = prove(grown(tangent, look), folds)
+    return _trial(before, look, prove(grown(tangent, look), folds))
+
+
+def _trial(before: Proof, look: Look, proof: Proof) -> Trial:
     gain = log_gain(before, proof)
     return Trial(look.effect, look, proof, gain, chance(gain, int(np.count_nonzero(look.free))))
 

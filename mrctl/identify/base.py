@@ -93,7 +93,11 @@ def averaged(x: Array, factor: int) -> Array:
     if factor == 1:
         return x
     n = (x.shape[-1] // factor) * factor
-    return np.asarray(x[..., :n].reshape(*x.shape[:-1], -1, factor).mean(axis=-1), dtype=np.float64)
+    out = x[..., 0:n:factor] + x[..., 1:n:factor]  # a mean over a short last axis is ten times slower
+    for k in range(2, factor):
+        out += x[..., k:n:factor]
+    out *= 1.0 / factor
+    return np.asarray(out, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,4 @@
-"""Effects beside the base model in one fit: how each record's force, and its slopes, go through them.
-
-The base model's slopes are analytic up to the static force and are then pushed through whatever stages
-follow it; the effects' own slopes are differences of the compiled simulation, which repeats only the
-stages behind the parameter that moved.
-"""
+"""Effects beside the base model in one fit: their parameters as a vector, and dampers to simulate."""
 
 from __future__ import annotations
 
@@ -13,19 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify import base, hysteresis
+from mrctl.identify import hysteresis
 from mrctl.identify.layout import Layout, Tables
 from mrctl.model.damper import Damper, Span
 from mrctl.model.effects.base import Effect, Parameter, Settings, Stage, Vector
 from mrctl.model.filters import Filter
-from mrctl.model.static import static_tables
-from mrctl.simulate import Run, Trace, stages, trace
+from mrctl.model.static import StaticTables, static_tables
+from mrctl.simulate import Run, Trace, trace
 
 Array = NDArray[np.float64]
 
-SLOPE_STEP = 1e-4  # of a parameter's scale
 NEAR = 0.05  # in any parameter: slopes by differences serve that far
-PUSH = 1e-4  # of the static force's size, when a slope is pushed through a stage by a difference
 
 
 @dataclass(frozen=True)
@@ -144,114 +137,16 @@ class Dampers:
         """The slopes by the tables' parameters (m, n), which a point nearby may lend."""
         return self._kept.slopes(run, at, index, make)
 
+    def static(self, run: Run) -> StaticTables:
+        """The tables as the simulation takes them."""
+        return self._damper(run).static
+
     def traced(self, run: Run, settings: Settings, like: Trace | None) -> Trace:
         """The run through tables, filter and effects."""
+        return trace(run, self._damper(run), settings=settings, like=like)
+
+    def _damper(self, run: Run) -> Damper:
         damper = self._made.get(run.dt_s)
         if damper is None:
             damper = self._made[run.dt_s] = bare_damper(self.layout, self.tables, 1.0 / run.dt_s)
-        return trace(run, damper, settings=settings, like=like)
-
-
-def linearise(
-    run: Run, dampers: Dampers, effects: Effects, theta: Array, factor: int, like: Trace | None
-) -> tuple[Trace, base.Rows]:
-    """The run's trace, and the force's slopes by all parameters, averaged over `factor` samples."""
-    layout, t = dampers.layout, dampers.tables
-    settings = effects.settings(theta)
-    here = dampers.traced(run, settings, like)
-    rate = 1.0 / run.dt_s
-    inputs = base.Inputs.of(layout, rate, here.velocity_m_s, here.current_a, here.temperature_c, run.starts)
-    gain = np.ones(run.size)
-    for by in here.factors.values():
-        gain = gain * by
-    static = base.static_rows(inputs, layout, t, factor, gain, effects.size)
-    coarse_rate, dt, starts = rate / factor, factor * run.dt_s, run.starts // factor
-
-    def mean(x: Array) -> Array:
-        return np.ascontiguousarray(base.averaged(x, factor))
-
-    u, v, x, level = (
-        mean(here.static_n),
-        mean(here.velocity_m_s),
-        mean(here.displacement_m),
-        mean(here.level_n),
-    )
-    if settings[Stage.YIELD]:
-        level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), factor)
-        static.static[:] = _pushed(
-            static.static,
-            level_rows,
-            u,
-            level,
-            lambda f, lev: stages.yielding(settings[Stage.YIELD], f, v, x, lev, dt, starts),
-        )
-    hysteresis.filter_rows(*hysteresis.discretise(t.filter, coarse_rate), static.static, starts)
-    rows = static.with_filter(layout, t, coarse_rate, mean(here.yielded_n), mean(here.filtered_n), starts)
-    own = rows.index.size
-    values = rows.values[:own]
-    if settings[Stage.MOTION]:
-        values[:] = dampers.differences(
-            run, np.concatenate([layout.pack(t), theta]), rows.index,
-            lambda: _differences(run, layout, t, settings, here, factor, rows.index),
-        )  # fmt: skip
-    elif settings[Stage.LIMIT] or settings[Stage.OUTPUT]:
-
-        def after(force: Array, _: Array) -> Array:
-            limited = stages.limited(settings[Stage.LIMIT], force, v, x, dt, starts)
-            return stages.measured(settings[Stage.OUTPUT], limited, dt, starts)
-
-        total = mean(here.sum_n)
-        values[:] = _pushed(values, np.zeros((0, 0)), total, total, after)
-    _own_slopes(run, dampers, effects, theta, here, factor, rows.values[own:])
-    return here, base.Rows(rows.values, np.concatenate([rows.index, layout.size + np.arange(effects.size)]))
-
-
-def _differences(
-    run: Run,
-    layout: Layout,
-    t: Tables,
-    settings: Settings,
-    here: Trace,
-    factor: int,
-    index: NDArray[np.intp],
-) -> Array:
-    """The base's slopes as differences of the simulation: where the motion hangs on the tables."""
-    theta = layout.pack(t)
-    rows = np.zeros((index.size, run.size // factor))
-    for row, k in zip(rows, index, strict=True):
-        moved = theta.copy()
-        moved[k] += SLOPE_STEP
-        there = Dampers(layout, layout.unpack(moved)).traced(run, settings, here)
-        row[:] = base.averaged(there.force_n - here.force_n, factor) / SLOPE_STEP
-    return rows
-
-
-def _pushed(
-    rows: Array, level_rows: Array, at: Array, level: Array, stage: Callable[[Array, Array], Array]
-) -> Array:
-    """Each slope sent through a stage: what the stage gives beside the point, less what it gives there."""
-    here = stage(at, level)
-    size = float(np.sqrt(np.mean(at * at))) or 1.0
-    out = np.empty_like(rows)
-    for k, row in enumerate(rows):
-        steepness = float(np.abs(row).max())
-        if steepness == 0.0:
-            out[k] = 0.0
-            continue
-        small = PUSH * size / steepness
-        beside = level + small * level_rows[k] if k < level_rows.shape[0] else level
-        out[k] = (stage(at + small * row, beside) - here) / small
-    return out
-
-
-def _own_slopes(
-    run: Run, dampers: Dampers, effects: Effects, theta: Array, here: Trace, factor: int, rows: Array
-) -> None:
-    """Differences of the force by each effect parameter, away from the nearer bound, into `rows`."""
-    _, upper = effects.bounds()
-    for k in range(effects.size):
-        small = SLOPE_STEP if theta[k] + SLOPE_STEP <= upper[k] else -SLOPE_STEP
-        moved = theta.copy()
-        moved[k] += small
-        there = dampers.traced(run, effects.settings(moved), here)
-        rows[k] = base.averaged(there.force_n - here.force_n, factor) / small
+        return damper

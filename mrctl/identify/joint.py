@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify import base, effects_fit, hysteresis
+from mrctl.identify import base, effects_fit, hysteresis, slopes
 from mrctl.identify.batch import Batch, batches, in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.layout import Layout, Tables
@@ -183,7 +183,7 @@ class JointModel:
         batch = self.batches[number]
         if self.effects.size:
             at = theta[self.layout.size :]
-            trace, rows = effects_fit.linearise(
+            trace, rows = slopes.linearise(
                 batch.run, dampers, self.effects, at, batch.factor, self._traces[number]
             )
             self._traces[number] = trace

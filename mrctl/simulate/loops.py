@@ -174,6 +174,30 @@ def filtered(step: Step) -> Step:
     return loop
 
 
+def gives_way(step: Step) -> Step:
+    """The loop over a motion effect's linearisation.
+
+    `force_n` (n) is the change of the static force at a given motion; `v` and `x` (n) the change of the
+    motion; `out` (n // factor) that of a force by_force, by_v and by_x (n) times those, averaged.
+    """
+
+    def loop(
+        p: P, s: Array, starts: Ints, force_n: Array, damping_n_s_m: Array, dt_s: float,
+        by_force: Array, by_v: Array, by_x: Array, factor: int, v: Array, x: Array, out: Array,
+    ) -> None:  # fmt: skip
+        share = 1.0 / factor
+        for j in range(starts.size - 1):
+            own = s[j]
+            for block in range(starts[j] // factor, starts[j + 1] // factor):
+                total = 0.0
+                for k in range(block * factor, (block + 1) * factor):
+                    v[k], x[k] = step(p, own, force_n[k], damping_n_s_m[k], dt_s)
+                    total += by_force[k] * force_n[k] + by_v[k] * v[k] + by_x[k] * x[k]
+                out[block] = share * total
+
+    return loop
+
+
 LOOPS: Mapping[Stage, LoopOf] = {
     Stage.CURRENT: _current,
     Stage.TEMPERATURE: _temperature,

@@ -188,9 +188,12 @@ def test_a_step_of_the_wall_clock_touches_nothing(
     assert all((b - a) % 16 == 1 for a, b in pairwise(counters))
     times = [frame.time_s for frame in recorded]
     assert max(times) - min(times) > 3000.0  # the clock did step
-    assert not [
-        line for line in during("clock", begins, log, 1) if line["event"] in {"state", "frames_stale"}
-    ]
+    events = {line["event"] for line in during("clock", begins, log, 1)}
+    assert "state" not in events
+    # A busy machine may hold the controller up for so long that frames do go stale: its commands then show it.
+    commands = [frame.time_s for frame in buslog.named(recorded, "CurrentCommand")]
+    held_up_s = max(later - earlier for earlier, later in pairwise(commands) if later - earlier < 3000.0)
+    assert "frames_stale" not in events or held_up_s > STALE_AFTER_S
 
 
 def test_a_stopped_controller_goes_on_with_fresh_frames_only(

@@ -144,6 +144,18 @@ Start = Callable[..., list[float]]
 Vector = tuple[float, ...]
 
 
+class GivesWay(NamedTuple):
+    """The linearisation of a motion effect that hangs on the static force f g h, for fits.
+
+    `step(p, s, force_n, damping_n_s_m, dt_s)` says how the piston's velocity and displacement change when
+    the static force at a given velocity changes by `force_n`, damping being its slope over the velocity; `s`
+    as in the effect's step. `start(p, force_n)` is the state in which the first sample has lasted for ever.
+    """
+
+    step: Step
+    start: Start
+
+
 @dataclass(frozen=True, slots=True)
 class Effect:
     """One physical effect: what it is, its numbers, its step and its way back. See the module's text."""
@@ -165,6 +177,7 @@ class Effect:
     derived: Callable[[Vector], Mapping[str, tuple[float, str]]] | None = None  # name: (value, unit)
     # Whether fitted parameters still describe this effect, and not another that it can imitate.
     plausible: Callable[[Vector, Ranges], bool] | None = None
+    gives_way: GivesWay | None = None  # of a motion effect; without it a fit takes differences
     rank: int = 0  # order within the stage; equal ranks go by name
 
     @property

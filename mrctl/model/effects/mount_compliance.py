@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
+from mrctl.model.effects.base import Effect, GivesWay, Parameter, Stage, Undo, Vector
 from mrctl.model.static import StaticTables, backbone_force, force_level
 
 
@@ -65,6 +65,23 @@ def start(
     return [mount, mount]
 
 
+def give_way(
+    p: Sequence[float], s: MutableSequence[float], force_n: float, damping_n_s_m: float, dt_s: float
+) -> tuple[float, float]:
+    """The step's derivative: how the piston's velocity in m/s and displacement in m move."""
+    free = (4.0 * s[0] - s[1]) / 3.0
+    inertia = p[0] * p[1] + 2.0 / 3.0 * dt_s
+    piston = (free - p[0] * force_n) / (inertia + p[0] * damping_n_s_m)
+    s[1] = s[0]
+    s[0] = free - 2.0 / 3.0 * dt_s * piston
+    return piston, -s[0]
+
+
+def give_way_start(p: Sequence[float], force_n: float) -> list[float]:
+    """The mount is bent by that much more and no longer moves."""
+    return [p[0] * force_n, p[0] * force_n]
+
+
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
     return {"mount stiffness": (1.0 / p[0], "N/m")} if p[0] > 0.0 else {}
 
@@ -88,4 +105,5 @@ EFFECT = Effect(
     start=start,
     states=("mount's deflection, m", "the one before, m"),
     derived=_derived,
+    gives_way=GivesWay(give_way, give_way_start),
 )

@@ -1,0 +1,59 @@
+"""Where the motion gives way to the force, every slope is what a small step of its parameter does."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mrctl.identify.base import averaged
+from mrctl.identify.best import fit_base
+from mrctl.identify.effects_fit import Effects
+from mrctl.identify.records import records_of
+from mrctl.model.effects.registry import effects
+
+sys.path.insert(0, str(Path(__file__).parent))
+from virtual import Bench, protocol, random_damper
+
+ALIKE = 0.03  # of a slope's RMS: averaging before or after the filter, and a knot crossed by the step
+STEP = 1e-5
+
+
+@pytest.fixture(scope="module")
+def model():
+    """A base model of a damper, on two of its runs."""
+    bench = Bench(random_damper(2), np.random.default_rng(2))
+    campaign = protocol("several frequencies", bench)
+    records = records_of([campaign.runs[k] for k in (3, 6, 13)])
+    return fit_base(records)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("mount_compliance",),
+        ("mount_compliance", "coulomb_friction"),
+        ("mount_compliance", "gas_spring", "rebound_asymmetry", "sensor_delay"),
+    ],
+)
+def test_slopes_are_what_a_small_step_does(model, names):
+    chosen = Effects(tuple(effects()[name] for name in names))
+    joint = model.model.with_effects(chosen)
+    theta = np.concatenate([model.theta, chosen.pack({})])
+    before = [averaged(f, joint.factor(r)) for f, r in zip(joint.predict(theta), joint.records, strict=True)]
+    slopes = list(joint.jacobians(theta))
+    _, upper = joint.bounds()
+    for k in range(theta.size):
+        small = STEP if theta[k] + STEP <= upper[k] else -STEP
+        moved = theta.copy()
+        moved[k] += small
+        there = joint.predict(moved)
+        want, have = [], []
+        for force, here, record, (_, rows) in zip(there, before, joint.records, slopes, strict=True):
+            row = np.zeros(rows.values.shape[1])
+            if k in rows.index:
+                row = rows.values[list(rows.index).index(k)]
+            have.append(row)
+            want.append(((averaged(force, joint.factor(record)) - here) / small)[-row.size :])
+        want, have = np.concatenate(want), np.concatenate(have)
+        assert np.sqrt(np.mean((want - have) ** 2)) <= ALIKE * np.sqrt(np.mean(want**2)) + 1e-6, k
