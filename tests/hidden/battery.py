@@ -5,6 +5,10 @@
 The simulator beside it has equations of its own: no line of mrctl makes the data. Families: A one effect,
 B none, C physics outside the library, D confounded campaigns, E pairs, F nuisances (offset and gain of each
 run, differentiated stroke, short runs, one run), G road-like motion, H other simulators.
+
+At the price of more time: --follow makes the run that an ambiguous diagnosis proposes and diagnoses again,
+--parameters sets values and intervals beside the truth, --inverse adds what was found to the model and
+measures prediction and force tracking on new runs of the hidden damper.
 """
 
 from __future__ import annotations
@@ -17,13 +21,17 @@ import sys
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: the fits are small
 os.environ.setdefault("MRCTL_WORKERS", "1")  # the cases themselves run side by side
 
+import follow
 import generate
+import parameters
 import score
+import tracking
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.figures import parameters_of
@@ -31,21 +39,30 @@ from mrctl.measurements import load_campaign
 from mrctl.report.progress import Progress
 
 
-def diagnosed(folder: Path) -> tuple[str, dict]:
-    """What the diagnosis says of one campaign, from its files alone."""
+def diagnosed(folder: Path, key: tuple = (), *, rounds: int = 0, track: bool = False) -> tuple[str, dict]:
+    """What the diagnosis says of one campaign, from its files alone.
+
+    rounds: of the runs that an ambiguous one proposes, track: whether to prove on new runs what was found;
+    both need the `key` by which the hidden damper is drawn again.
+    """
     began = time.monotonic()
-    found = diagnose(load_campaign(folder))
-    return folder.name, {
+    campaign = load_campaign(folder)
+    found = diagnose(campaign)
+    stated = {
+        one.trial.effect.name: parameters_of(found.final.fit, one.trial.effect.name) for one in found.found
+    }
+    answer = {
         "verdict": found.verdict,
         "effects": list(found.effects),
         "seconds": time.monotonic() - began,
-        "parameters": {
-            one.trial.effect.name: {
-                name: p["value"] for name, p in parameters_of(found.final.fit, one.trial.effect.name).items()
-            }
-            for one in found.found
-        },
+        "parameters": {e: {name: p["value"] for name, p in own.items()} for e, own in stated.items()},
+        "intervals": {e: {name: p["ci95"] for name, p in own.items()} for e, own in stated.items()},
     }
+    if track and found.verdict in ("none", "found"):
+        answer["tracked"], answer["extended"] = tracking.tracked(found, campaign, key)
+    if rounds and found.verdict == "ambiguous":
+        answer["followed"] = follow.followed(found, folder, key, rounds)
+    return folder.name, answer
 
 
 def campaigns(seed: int, families: str, cases: int, out: Path) -> dict:
@@ -59,7 +76,7 @@ def campaigns(seed: int, families: str, cases: int, out: Path) -> dict:
             make = generate.make_other if family == "H" else generate.make_case
             arguments = (seed, k, out) if family == "H" else (seed, family, k, out)
             name, truth = make(*arguments)
-            hidden[name] = truth
+            hidden[name] = truth | {"key": [seed, family, k]}
             progress.advance(note=name)
     return hidden
 
@@ -87,6 +104,13 @@ def main() -> int:
     parser.add_argument(
         "--opponents", metavar="PYTHON", help="an interpreter with pandas, pysindy and sysidentpy: they too"
     )
+    parser.add_argument(
+        "--follow", type=int, nargs="?", const=1, default=0, metavar="N", help="make N proposed runs (1)"
+    )
+    parser.add_argument(
+        "--parameters", action="store_true", help="parameters and intervals against the truth"
+    )
+    parser.add_argument("--inverse", action="store_true", help="prediction and tracking with what was found")
     parser.add_argument("--each", action="store_true", help="one line for each case, with its parameters")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
@@ -103,7 +127,9 @@ def main() -> int:
                 ProcessPoolExecutor(args.jobs) as pool,
                 Progress(f"Diagnosing, seed {seed}", len(new)) as progress,
             ):
-                for name, result in pool.map(diagnosed, [out / name for name in new]):
+                ask = partial(diagnosed, rounds=args.follow, track=args.inverse)
+                folders, keys = [out / name for name in new], [tuple(c["key"]) for c in new.values()]
+                for name, result in pool.map(ask, folders, keys):
                     results[name] = result
                     progress.advance(note=f"{name} {result['verdict']}")
             if args.opponents:
@@ -113,6 +139,12 @@ def main() -> int:
     if args.json:
         args.json.write_text(json.dumps({"results": results, "truth": hidden}, default=float))
     score.table(results, hidden, each=args.each)
+    if args.follow:
+        follow.table(results, hidden)
+    if args.parameters:
+        parameters.table(results, hidden)
+    if args.inverse:
+        tracking.table(results, hidden)
     for tool, answers in rivals.items():
         print(f"\n== {tool}")
         score.table(answers, hidden)

@@ -22,6 +22,12 @@ from scipy.signal import bilinear, butter, filtfilt, lfilter
 from signals import ar1, current, motion
 
 PRE = 0.3  # seconds before the record, in which filters settle
+SPENCER = (21.0, 3.5, 46.9, 283.0, 2.95, 5.0, 14.3, 140.0, 695.0, 363.0, 363.0, 301.0, 190.0)
+SIMULATORS = ("Spencer modified Bouc-Wen", "Bingham + Maxwell in parallel")
+NATIVE = (
+    ["preyield_stiffness", "gas_spring", "current_lag", "force_offset", "magnetic_hysteresis"],
+    ["viscous_damping", "preyield_stiffness"],
+)
 
 
 def write_csv(columns, path):
@@ -157,23 +163,30 @@ def make_spec(seed, fam, k):
     )
 
 
-def fine_signals(spec):
-    """Rod motion, command and case temperature of every run on the fine grid."""
-    rng, fs = spec["rng"], spec["fs"]
-    stiff = any("MK" in p or "PY" in p or "CAV" in p for p in spec["parts"].values())
+def fine_grid(spec, seconds):
+    """Time with what lies before the record, samples of the grid in one of the record, and before it."""
+    stiff = spec["family"] == "H" or any("MK" in p or "PY" in p or "CAV" in p for p in spec["parts"].values())
+    fs = spec["fs"]
     os_ = max(10, int(np.ceil((20000 if stiff else 10000) / fs)))
-    dt = 1.0 / (fs * os_)
-    runs = []
-    for p in spec["plan"]:
-        n_pre = round(PRE * fs) * os_
-        t = (np.arange(n_pre + int(p["dur"] * fs) * os_ + 1) - n_pre) * dt
-        x, v, a = motion(p["kind"], t, rng, p["f"], p["v"], p["x"])
-        imax = spec["P"][IX["IMAX"]]
-        cmd = current(p["cur"], t, rng, p["level"] * imax, imax, v)
-        cmd = np.round(cmd, 4)
-        Tc = p["T"] + p["drift"] * (t / t[-1])
-        runs.append(dict(t=t, x=x + spec["centre"], v=v, a=a, cmd=cmd, Tc=Tc, os=os_, n_pre=n_pre, dt=dt))
-    return runs
+    n_pre = round(PRE * fs) * os_
+    return (np.arange(n_pre + int(seconds * fs) * os_ + 1) - n_pre) * (1.0 / (fs * os_)), os_, n_pre
+
+
+def fine_run(spec, p):
+    """Rod motion, command and case temperature of one run of the plan on the fine grid."""
+    rng = spec["rng"]
+    t, os_, n_pre = fine_grid(spec, p["dur"])
+    x, v, a = motion(p["kind"], t, rng, p["f"], p["v"], p["x"])
+    imax = spec["P"][IX["IMAX"]]
+    cmd = np.round(current(p["cur"], t, rng, p["level"] * imax, imax, v), 4)
+    Tc = p["T"] + p["drift"] * (t / t[-1])
+    dt = 1.0 / (spec["fs"] * os_)
+    return dict(t=t, x=x + spec["centre"], v=v, a=a, cmd=cmd, Tc=Tc, os=os_, n_pre=n_pre, dt=dt)
+
+
+def fine_signals(spec):
+    """Every run of the plan on the fine grid."""
+    return [fine_run(spec, p) for p in spec["plan"]]
 
 
 def true_force(spec, r, without=(), v=None, x=None, i=None):
@@ -273,6 +286,17 @@ def sense(spec, r, F, act, run_no):
     return cols, k, clean, fm - clean
 
 
+def heard_error(spec, r, cols, kk, clean, noise):
+    """What the true model, driven by what the file says of the speed, would miss of the force."""
+    if spec["sensors"]["command_column"]:
+        return noise
+    t = r["t"]
+    tt = np.r_[t[0], cols["time_s"], t[-1]]
+    vm = np.interp(t, tt, np.r_[cols["velocity_m_s"][0], cols["velocity_m_s"], cols["velocity_m_s"][-1]])
+    vm[: r["n_pre"]] = r["v"][: r["n_pre"]]
+    return true_force(spec, r, v=vm)[0][kk] - clean - noise
+
+
 def visible(spec, rows, contrib):
     """What of a contribution the base class cannot take up, to first order: beside its tangent."""
     P, fs = spec["P"], spec["fs"]
@@ -360,16 +384,7 @@ def make_case(seed, fam, k, out):
         for e in names:
             contrib[e].append(clean - true_force(spec, r, without=(e,))[0][kk])
         rows.append(dict(v=r["v"][kk], i=r["cmd"][kk], T=r["Tc"][kk], n=n))
-        # the true model driven by what the file says of speed, stroke and current
-        tt = np.r_[r["t"][0], cols["time_s"], r["t"][-1]]
-        vm = np.interp(
-            r["t"], tt, np.r_[cols["velocity_m_s"][0], cols["velocity_m_s"], cols["velocity_m_s"][-1]]
-        )
-        vm[: r["n_pre"]] = r["v"][: r["n_pre"]]
-        im = None
-        if spec["sensors"]["command_column"]:
-            im = np.interp(r["t"], cols["time_s"], cols["current_A"])
-        heard.append(true_force(spec, r, v=vm, i=im)[0][kk] - clean - noise if im is None else noise)
+        heard.append(heard_error(spec, r, cols, kk, clean, noise))
     vis = {e: visible(spec, rows, contrib[e]) for e in names}
     s = spec["sensors"]
     n_eff = sum(c.size for c in cl) * (1 - s["force_rho"]) / (1 + s["force_rho"])
@@ -409,14 +424,11 @@ def make_case(seed, fam, k, out):
     }
 
 
-def make_other(seed, k, out):
+def other_spec(seed, k):
     """Family H: Spencer's modified Bouc-Wen (0-2) and Bingham parallel to a Maxwell element (3-5)."""
     rng = case_rng(seed, "H", k)
     fs = float(rng.choice([500, 1000]))
-    os_ = int(20000 / fs)
-    dt = 1 / (fs * os_)
-    x_max, v_max, vmaxV = 0.025, 0.25 if k < 3 else 0.6, 2.25
-    imax = vmaxV if k < 3 else 2.0
+    x_max, v_max = 0.025, 0.25 if k < 3 else 0.6
     extra = [None, "force_offset", "gas_spring", None, "force_offset", "gas_spring"][k % 6]
     par = {}
     if extra == "force_offset":
@@ -424,7 +436,7 @@ def make_other(seed, k, out):
     elif extra == "gas_spring":
         par = {"GK": logu(rng, 80, 300) / x_max, "GPRE": 0.0}
     plan = draw.plan_rich(rng, int(rng.integers(8, 12)), v_max, x_max)
-    s = draw_sensors(rng, fs) | {"command_column": False}
+    sensors = draw_sensors(rng, fs) | {"command_column": False}
     base = {
         "fy0": 60.0,
         "fy1": logu(rng, 500, 1200),
@@ -433,65 +445,81 @@ def make_other(seed, k, out):
         "k": logu(rng, 4e4, 2e5),
         "c": logu(rng, 800, 3000),
     }
-    spec = dict(rng=rng, sensors=s, fs=fs, odd={})
-    sp = (21.0, 3.5, 46.9, 283.0, 2.95, 5.0, 14.3, 140.0, 695.0, 363.0, 363.0, 301.0, 190.0)
+    # Only what the signals are made with: there is nothing of the other equations in it.
+    P = np.zeros(physics.NP_)
+    P[IX["IMAX"]] = 2.25 if k < 3 else 2.0
+    return dict(
+        family="H",
+        simulator=SIMULATORS[k // 3],
+        rng=rng,
+        sensors=sensors,
+        fs=fs,
+        odd={},
+        plan=plan,
+        P=P,
+        base=base,
+        effects=[extra] if extra else [],
+        own=par,
+        v_max=v_max,
+        x_max=x_max,
+        centre=0.0,
+        native=NATIVE[k // 3],
+    )
+
+
+def other_run(spec, p):
+    """One run of the plan on the fine grid; the case warms a little, and no force depends on it."""
+    return fine_run(spec, p | {"T": 25.0, "drift": 0.5})
+
+
+def other_force(spec, r, i=None):
+    """Force on the fine grid, and of it what the added effect makes."""
+    x, v, dt, base = r["x"], r["v"], r["dt"], spec["base"]
+    i = r["cmd"] if i is None else i
+    if spec["simulator"] == SIMULATORS[0]:
+        F = physics.spencer(dt, 100 * x, 100 * v, i, SPENCER)
+    else:
+        fy = base["fy0"] + base["fy1"] * (1 - np.exp(-i / 1.2))
+        tau = base["c"] / base["k"]
+        m = base["c"] * lfilter([1 - np.exp(-dt / tau)], [1, -np.exp(-dt / tau)], v)
+        F = fy * np.tanh(v / base["vs"]) + base["c0"] * v + m
+    e = spec["own"].get("OFF", 0.0) + spec["own"].get("GK", 0.0) * x
+    return F + e, np.broadcast_to(e, F.shape)
+
+
+def make_other(seed, k, out):
+    spec = other_spec(seed, k)
+    plan, par = spec["plan"], spec["own"]
+    extra = next(iter(spec["effects"]), None)
     cid = case_id(seed, "H", k)
     folder = out / cid
     folder.mkdir(parents=True, exist_ok=True)
     cl, err, con = [], [], []
     power = 0.0
     for n, p in enumerate(plan):
-        n_pre = round(PRE * fs) * os_
-        t = (np.arange(n_pre + int(p["dur"] * fs) * os_ + 1) - n_pre) * dt
-        x, v, a = motion(p["kind"], t, rng, p["f"], p["v"], p["x"])
-        cmd = np.round(current(p["cur"], t, rng, p["level"] * imax, imax, v), 4)
-        if k < 3:
-            F = physics.spencer(dt, 100 * x, 100 * v, cmd, sp)
-        else:
-            fy = base["fy0"] + base["fy1"] * (1 - np.exp(-cmd / 1.2))
-            m = np.empty(t.size)
-            tau = base["c"] / base["k"]
-            m = base["c"] * lfilter([1 - np.exp(-dt / tau)], [1, -np.exp(-dt / tau)], v)
-            F = fy * np.tanh(v / base["vs"]) + base["c0"] * v + m
-        e = par.get("OFF", 0.0) + par.get("GK", 0.0) * x
-        F = F + e
-        r = dict(
-            t=t,
-            x=x,
-            v=v,
-            a=a,
-            cmd=cmd,
-            Tc=np.full(t.size, 25.0) + 0.5 * t / t[-1],
-            os=os_,
-            n_pre=n_pre,
-            dt=dt,
-        )
-        cols, kk, clean, noise = sense(spec, r, F, cmd, n)
+        r = other_run(spec, p)
+        F, e = other_force(spec, r)
+        cols, kk, clean, noise = sense(spec, r, F, r["cmd"], n)
         write_csv(cols, folder / f"run_{n + 1:02d}.csv")
         cl.append(clean)
         err.append(noise)
-        con.append(np.broadcast_to(e, t.shape)[kk])
-        power += float(np.mean(clean * v[kk])) / len(plan)
-    native = (
-        ["preyield_stiffness", "gas_spring", "current_lag", "force_offset", "magnetic_hysteresis"]
-        if k < 3
-        else ["viscous_damping", "preyield_stiffness"]
-    )
+        con.append(e[kk])
+        power += float(np.mean(clean * r["v"][kk])) / len(plan)
     return cid, {
         "family": "H",
         "index": k,
         "effects": [extra] if extra else [],
-        "native": native,
+        "native": spec["native"],
         "odd": None,
-        "simulator": "Spencer modified Bouc-Wen" if k < 3 else "Bingham + Maxwell in parallel",
+        "simulator": spec["simulator"],
         "expected": {"verdict": "found", "effects": sorted({extra} - {None})},
         "also_acceptable": [],
         "note": "",
         "forms": {},
         "parameters": {extra: par} if extra else {},
-        "base": base if k >= 3 else {"spencer": sp},
-        "sensors": s,
-        "rate_hz": fs,
+        "base": spec["base"] if k >= 3 else {"spencer": SPENCER},
+        "sensors": spec["sensors"],
+        "rate_hz": spec["fs"],
         "runs": len(plan),
         "plan": plan,
         "rows": int(sum(c.size for c in cl)),

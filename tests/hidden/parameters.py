@@ -1,0 +1,241 @@
+"""Parameters and their intervals beside the truth, where generator and mrctl mean the same quantity.
+
+`COMPARED` says for each effect which of the generator's forms has which of our parameters, as numbers or as
+the reason why there is none. An effect's parameter that is not named for a form is a fault of this table.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+
+import numpy as np
+
+from mrctl.model.effects.registry import effects
+from mrctl.model.effects.viscous_damping import REFERENCE_C
+
+# A string in place of a number: not comparable, and why.
+FORM = "the generator's form is another"
+
+
+def _gas_spring(p, case):
+    zero = case["sensors"]["has_displacement"]
+    where = "the stroke's zero was not measured"
+    if p["GAS"] == 2:
+        return {
+            "preload_n": p["GPRE"] if zero else where,
+            "stiffness_n_m": p["GK"],
+            "progression_per_m": 0.0,
+        }
+    sign = 1.0 if p["GAS"] == 1 else -1.0
+    return {
+        "preload_n": sign * p["GP"] if zero else where,
+        "stiffness_n_m": p["GP"] * p["GAV"] * p["GKAP"] if zero else where,
+        "progression_per_m": f"{FORM}: exact for kappa = 1 only",
+    }
+
+
+def _friction(p, case):
+    if p["FR"] == 1:
+        return {"friction_n": p["FRFC"], "presliding_m": p["FRFC"] / p["FRS0"]}
+    return dict.fromkeys(("friction_n", "presliding_m"), f"{FORM}: {'LuGre' if p['FR'] == 2 else 'tanh'}")
+
+
+def _viscous(p, case):
+    at = REFERENCE_C - case["base"]["T0"]
+    return {"damping_n_s_m": p["VC"] * math.exp(-p["VB"] * at), "thinning_per_k": p["VB"]}
+
+
+def _quadratic(p, case):
+    same = p["QC"] == p["QCC"]
+    return {"coefficient_n_s2_m2": p["QC"] if same else f"{FORM}: one for each direction"}
+
+
+def _hysteresis(p, case):
+    if p["play_kind"] == 0:
+        return {"half_width_a": p["play_width"], "share": 1.0}
+    other = "three plays" if p["play_kind"] == 1 else "Coleman-Hodgdon"
+    return dict.fromkeys(("half_width_a", "share"), f"{FORM}: {other}")
+
+
+def _heating(p, case):
+    return {
+        "heating_k_j": 1.0 / p["SHC"],
+        "cooling_time_s": p["SHC"] / p["SHG"],
+        "resistance_ohm": p["SHR"],
+        "rise_at_start_k": p["leftover"],
+    }
+
+
+def _end_stop(p, case):
+    own = {"force_at_1mm_n": p["EK"] * 1e-3 ** p["EN"], "exponent": p["EN"]}
+    own["damping_n_s_m"] = 0.0 if p["ECV"] == 0 else f"{FORM}: it sets in over another depth"
+    if p["ESIDE"]:
+        one = "one stop only: it stands at middle + clearance"
+        return own | {"clearance_m": one, "middle_m": one}
+    zero = case["sensors"]["has_displacement"]
+    return own | {
+        "clearance_m": p["EXS"],
+        "middle_m": 0.0 if zero else "the stroke's zero was not measured",
+    }
+
+
+def _cavitation(p, case):
+    if p["CAV"] == 3:
+        return dict.fromkeys(
+            ("limit_n", "knee_n", "loss", "closing_m"), f"{FORM}: onset with compression speed"
+        )
+    if p["CAV"] == 2:
+        return {"limit_n": p["CFL"], "knee_n": f"{FORM}: sharp", "loss": 0.85, "closing_m": p["CQ"]}
+    return {
+        "limit_n": p["CFL"],  # both approach it
+        "knee_n": f"{FORM}: soft all over",
+        "loss": 0.0,
+        "closing_m": "no cavity, nothing to close",
+    }
+
+
+def _stroke(p, case):
+    names = ("slope_per_m", "curvature_per_m2", "levelling_per_m2")
+    if p["ST"] != 1:
+        return dict.fromkeys(names, f"{FORM}: {'tanh taper' if p['ST'] == 2 else 'bypass groove'}")
+    if not case["sensors"]["has_displacement"]:
+        return dict.fromkeys(names, "the stroke's zero was not measured")
+    bend = p["SA"] / p["SX"] ** 2
+    middle = 1.0 + bend * p["SX0"] ** 2  # the factor at x = 0, which f takes
+    return dict(zip(names, (-2.0 * bend * p["SX0"] / middle, bend / middle, 0.0), strict=True))
+
+
+def _preyield(p, case):
+    names = ("yield_length_m", "compliance_m_n", "creep")
+    other = (
+        "memory of the saturating part of g alone" if p["PY"] == 1 else "a spring before that part of g alone"
+    )
+    return dict.fromkeys(names, f"{FORM}: {other}")
+
+
+COMPARED = {
+    "gas_spring": _gas_spring,
+    "fluid_inertia": lambda p, _: {"mass_kg": p["MASS"]},
+    "coulomb_friction": _friction,
+    "viscous_damping": _viscous,
+    "quadratic_damping": _quadratic,
+    "force_offset": lambda p, _: {"offset_n": p["OFF"]},
+    "current_lag": lambda p, _: {"rise_time_s": p["lag_up"], "fall_time_s": p["lag_down"]},
+    "magnetic_hysteresis": _hysteresis,
+    "self_heating": _heating,
+    "end_stop": _end_stop,
+    "cavitation": _cavitation,
+    "stroke_dependent_damping": _stroke,
+    "off_state_backbone": lambda _, __: dict.fromkeys(
+        ("low_speed_change", "growth_s_m", "knee_m_s", "fade_current_a"), FORM
+    ),
+    "rebound_asymmetry": lambda _, __: dict.fromkeys(
+        ("compression_change", "compression_change_per_a", "bend_per_a"),
+        f"{FORM}: tanh(i); what does not change with the current is also g's",
+    ),
+    "preyield_stiffness": _preyield,
+    # Force over deflection and over its speed; the generator has H before the mount, we have it after.
+    "mount_compliance": lambda p, _: {"compliance_m_n": 1.0 / p["MK"], "damping_n_s_m": p["MC"]},
+    "sensor_delay": lambda p, _: {"delay_s": p["delay"]},
+}
+
+
+def truth_of(name, case):
+    """Our parameters of an effect as the generator drew them: numbers, or why there is none."""
+    given = COMPARED[name](case["parameters"][name], case)
+    expected = {p.name for p in effects()[name].parameters}
+    if set(given) != expected:
+        raise ValueError(f"{name}: compared {sorted(given)}, parameters are {sorted(expected)}")
+    return given
+
+
+def compared(case, answer):
+    """(effect, parameter, true, value, interval, why not) of a single effect that was found exactly."""
+    (name,) = case["effects"]
+    rows = []
+    for parameter, true in truth_of(name, case).items():
+        value = answer["parameters"][name][parameter]
+        interval = answer["intervals"][name][parameter]
+        why = true if isinstance(true, str) else None
+        if why is None and interval is None:
+            why = "held: it has no interval"
+        rows.append((name, parameter, None if isinstance(true, str) else true, value, interval, why))
+    return rows
+
+
+def comparable_cases(R, C):
+    """Single effects of the generator's own dampers, found exactly."""
+    return [
+        k
+        for k, c in C.items()
+        if c["family"] != "H"
+        and len(c["effects"]) == 1
+        and not c["odd"]
+        and R[k]["verdict"] == "found"
+        and R[k]["effects"] == c["effects"]
+    ]
+
+
+def table(R, C):
+    """Print errors and coverage by parameter and pooled, for each command that states parameters."""
+    keys = comparable_cases(R, C)
+    for source, words in (("", "diagnose"), ("extended", "extend")):
+        answers = {k: R[k] if not source else R[k].get(source) for k in keys}
+        rows = {k: compared(C[k], answers[k]) for k in keys if answers[k]}
+        if rows:
+            _print(rows, C, words)
+
+
+def _print(rows, C, words):
+    print(f"\nparameters as `{words}` states them: single effects found exactly, n = {len(rows)}")
+    print(f"  {'effect.parameter':<48}{'n':>4}{'median |error|':>16}{'covered by 95 %':>17}")
+    by, left = defaultdict(list), defaultdict(list)
+    for k, own in rows.items():
+        for name, parameter, true, value, interval, why in own:
+            if why is not None:
+                left[f"{name}.{parameter}", why].append(k)
+            else:
+                by[f"{name}.{parameter}"].append((true, value, interval))
+    for what in sorted(by):
+        _line(what, by[what])
+    pooled = [one for own in by.values() for one in own]
+    _line("all", pooled)
+    _line("all, but for those that are truly zero", [one for one in pooled if one[0]])
+    if left:
+        print("  not comparable:")
+    for (what, why), keys in sorted(left.items()):
+        print(f"    {what:<46}{len(keys):>4}  {why}")
+    outside = [
+        (
+            f"{k} {C[k]['family']}{C[k]['index']:<3} {name}.{parameter}",
+            C[k]["forms"][name],
+            true,
+            value,
+            interval,
+        )
+        for k, own in rows.items()
+        for name, parameter, true, value, interval, why in own
+        if why is None and not _covers(interval, true)
+    ]
+    if outside:
+        print("  outside their interval:")
+    for where, form, true, value, (low, high) in outside:
+        off = abs(value - true) / (0.5 * (high - low)) if high > low else math.inf
+        print(
+            f"    {where}: true {true:.5g}, stated {value:.5g} ({low:.5g} to {high:.5g}), "
+            f"{off:.1f} half widths off; {form}"
+        )
+
+
+def _covers(interval, true):
+    slack = 1e-9 * max(abs(true), 1e-12)  # a truth on the bound that the interval was cut at
+    return interval[0] - slack <= true <= interval[1] + slack
+
+
+def _line(what, own):
+    errors = [abs(value - true) / abs(true) for true, value, _ in own if true]
+    cover = sum(_covers(interval, true) for true, _, interval in own)
+    error = f"{100 * np.median(errors):.2f} %" if errors else "truly 0"
+    if own:
+        print(f"  {what:<48}{len(own):>4}{error:>16}{100 * cover / len(own):>15.0f} %")
