@@ -117,7 +117,17 @@ def inverse_errors(rig, runs, dampers):
             commands = inverted(damper, wish[at], r, at)
             answer = rig.force(r, np.repeat(commands, step)[: r["t"].size], late=False)
             misses[name].append((answer - wish)[counted])
-    return {f"{name}_n": _rms(own) for name, own in misses.items()} | {"wish_n": _rms(wishes)}
+    return (
+        {f"{name}_n": _rms(own) for name, own in misses.items()}
+        | {"wish_n": _rms(wishes)}
+        | {f"{name}_gain": largest_gain(damper) for name, damper in dampers.items()}
+    )
+
+
+def largest_gain(damper):
+    """Of the inverse filter at any frequency: one that rings makes a bad current of a good model."""
+    hz = np.linspace(0.1, 0.5 * LOOP_HZ, 50_000)
+    return float(np.abs(damper.inverse_filter.resampled(LOOP_HZ).response(hz)).max())
 
 
 def inverted(damper, wish_n, r, at):
@@ -158,11 +168,12 @@ def table(R, C):
     for k in keys:
         f, i = R[k]["tracked"]["forward"], R[k]["tracked"]["inverse"]
         worse = " WORSE" if i["extended_n"] > i["base_n"] else ""
+        gains = f"inverse filter's gain up to {i['base_gain']:.3g} and {i['extended_gain']:.3g}"
         what = f"{k} {C[k]['family']}{C[k]['index']:<3} {'+'.join(R[k]['effects'])}"
         print(
             f"    {what}: forward {f['base_n']:.1f} -> "
             f"{f['extended_n']:.1f} N (noise {f['noise_n']:.1f}, perfect {f['perfect_n']:.1f}), inverse "
-            f"{i['base_n']:.1f} -> {i['extended_n']:.1f} N of {i['wish_n']:.0f}{worse}"
+            f"{i['base_n']:.1f} -> {i['extended_n']:.1f} N of {i['wish_n']:.0f}, {gains}{worse}"
         )
 
 

@@ -1,0 +1,118 @@
+"""The plumbing of the battery's further questions: runs made again, parameters compared, forces tracked."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import follow
+import generate
+import parameters
+import tracking
+from rig import Rig
+
+from mrctl.identify.records import Record
+from mrctl.measurements import load_campaign
+from mrctl.model.effects.registry import effects
+
+SEED = 11
+FORMS = 68  # of family A: every effect in every form
+
+
+def _case(index):
+    spec = generate.make_spec(SEED, "A", index)
+    (effect,) = spec["effects"]
+    own = spec["parts"][effect] | {q: w for q, (_, w) in spec["path"].items()}
+    base = {q: float(spec["P"][at]) for q, at in generate.IX.items()}
+    return {"effects": [effect], "parameters": {effect: own}, "base": base, "sensors": spec["sensors"]}
+
+
+@pytest.mark.parametrize("index", range(FORMS))
+def test_every_parameter_of_every_form_is_compared_or_says_why_not(index):
+    case = _case(index)
+    for true in parameters.truth_of(case["effects"][0], case).values():
+        assert isinstance(true, str) or np.isfinite(true)
+
+
+def test_a_rig_makes_the_force_that_the_campaign_had(tmp_path):
+    name, truth = generate.make_case(SEED, "A", 5, tmp_path)
+    written = np.loadtxt(tmp_path / name / "run_01.csv", delimiter=",", skiprows=1)
+    spec = generate.make_spec(SEED, "A", 5)
+    first = generate.fine_signals(spec)[0]
+    force = Rig((SEED, "A", 5)).force(first)[first["n_pre"] : -1 : first["os"]]
+    assert np.std(written[:, -1] - force) < 1.2 * truth["noise_rms_n"]
+
+
+def _proposed_record():
+    t = np.arange(500) / 500.0
+    x = 0.01 * np.clip(t / 0.5, 0, 1) * np.sin(2 * np.pi * 2.0 * t)
+    v = np.gradient(x, 1 / 500.0)
+    current = np.where(t % 0.5 < 0.25, 1.5, 0.0)
+    return Record(0, 500.0, v, current, np.full(t.size, 40.0), np.zeros(t.size), x, np.gradient(v, 1 / 500.0))
+
+
+def test_a_proposed_run_moves_the_rig_as_its_record_says():
+    record = _proposed_record()
+    r = Rig((SEED, "A", 5)).followed(record)
+    there = np.interp(np.arange(499) / 500.0, r["t"], r["x"])  # the last instant is not on the rig's clock
+    assert np.abs(there - record.displacement_m[:-1]).max() < 1e-6
+    assert set(np.unique(r["cmd"])) == {0.0, 1.5}
+    assert np.abs(r["v"][r["t"] < -0.02]).max() < 1e-3
+    assert np.abs(np.gradient(r["x"], r["dt"]) - r["v"]).max() < 1e-3
+
+
+def test_the_proposed_run_joins_the_campaign_before_the_second_question(tmp_path, monkeypatch):
+    name, truth = generate.make_case(SEED, "A", 5, tmp_path)
+    proposal = SimpleNamespace(record=_proposed_record(), figures=dict)
+    doubtful = SimpleNamespace(verdict="ambiguous", next_run=proposal)
+    clear = SimpleNamespace(verdict="found", effects=truth["effects"], found=[])
+    asked = []
+    monkeypatch.setattr(follow, "diagnose", lambda campaign: asked.append(campaign) or clear)
+    answers = follow.followed(doubtful, tmp_path / name, (SEED, "A", 5), rounds=2)
+    assert [len(campaign) for campaign in asked] == [truth["runs"] + 1]
+    assert np.ptp(asked[0].runs[-1].current_a) == pytest.approx(1.5)
+    assert [follow.right(truth, one) for one in answers] == [True]
+
+
+def test_what_was_found_is_set_beside_the_truth_and_tracked_on_new_runs(tmp_path, capsys):
+    key = (SEED, "A", 5)
+    name, truth = generate.make_case(*key, tmp_path)
+    for file in sorted((tmp_path / name).glob("*.csv"))[5:]:
+        file.unlink()  # fewer runs are enough to go through all of it
+    offset, start = effects()["force_offset"], {"force_offset": (0.0,)}
+    trial = SimpleNamespace(effect=offset, look=SimpleNamespace(free=np.array([True])))
+    found = SimpleNamespace(
+        found=[SimpleNamespace(trial=trial, rivals=[])],
+        final=SimpleNamespace(fit=SimpleNamespace(effect_values=start)),
+    )
+    tracked, stated = tracking.tracked(found, load_campaign(tmp_path / name), key)
+    answer = stated | {
+        "verdict": "found",
+        "effects": ["force_offset"],
+        "tracked": tracked,
+        "extended": stated,
+    }
+    ((_, parameter, true, value, (low, high), why),) = parameters.compared(truth, answer)
+    assert (parameter, why) == ("offset_n", None)
+    assert low < value < high
+    assert value == pytest.approx(true, abs=4 * (high - low))
+    forward, inverse = tracked["forward"], tracked["inverse"]
+    assert forward["noise_n"] < forward["extended_n"] < forward["base_n"]
+    assert 0.0 < inverse["extended_n"] < inverse["wish_n"]
+    for table in (parameters.table, tracking.table, follow.table):
+        table({name: answer}, {name: truth})
+    assert "force_offset.offset_n" in capsys.readouterr().out
+
+
+def test_the_true_set_alone_is_the_right_answer():
+    one = {"family": "D", "effects": ["gas_spring"], "odd": None}
+    assert follow.right(one, {"verdict": "found", "effects": ["gas_spring"]})
+    assert not follow.right(one, {"verdict": "found", "effects": ["gas_spring", "end_stop"]})
+    assert not follow.right(one, {"verdict": "ambiguous", "effects": ["gas_spring"]})
+    assert follow.right({"family": "B", "effects": [], "odd": None}, {"verdict": "none", "effects": []})
