@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.lines import Line, line_of
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
 from mrctl.discover.reveal import hidden_effects
 from mrctl.discover.rivals import Rival, rivals_of, simplest
-from mrctl.discover.search import Level, Trial, in_best_valley, search_level, without
+from mrctl.discover.screen import ranges_of
+from mrctl.discover.search import Level, Trial, search_level, without
 from mrctl.discover.structure import Structure, structure_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage
@@ -88,8 +90,7 @@ def diagnose(
     stands = [(found[0], levels[0])] if len(found) == 1 else []
     if len(found) > 1:
         stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, levels)
-    if any(e.stage in _TIMED for e in final.fit.model.effects.chosen):
-        evidence, final = evidence.retimed(final)
+    evidence, final, stands = _retimed(evidence, final, stands)
     left = structure_of(final.fit, evidence.folds)
     balance = balance_of(evidence, final, left)
     removable = base.mean_square - final.mean_square + balance.left
@@ -136,8 +137,8 @@ def _search(
         best = simplest(good[0], level, good)
         if found and not _matters(evidence, base, here, best):
             break
-        here = in_best_valley(best, evidence.folds)
-        found.append(replace(best, proof=here))
+        here = best.proof
+        found.append(best)
     return levels, found
 
 
@@ -192,6 +193,26 @@ def _confirmed(
     return stands, final
 
 
+def _retimed(
+    evidence: Evidence, final: Proof, stands: list[tuple[Trial, Level]]
+) -> tuple[Evidence, Proof, list[tuple[Trial, Level]]]:
+    """The steps' times taken anew with effects that bear on them; one that then vanishes was only that."""
+    timed = [e for e in final.fit.model.effects.chosen if e.stage in _TIMED]
+    if not timed:
+        return evidence, final, stands
+    anew, there = evidence.retimed(final)
+    reach = ranges_of(there.fit.model)
+    values = there.fit.effect_values
+    gone = [e.name for e in timed if e.plausible is not None and not e.plausible(values[e.name], reach)]
+    if not gone:
+        return anew, there, stands
+    return _retimed(
+        evidence,
+        without(final, gone[0], evidence.folds),
+        [(trial, level) for trial, level in stands if trial.effect.name != gone[0]],
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Balance:
     """Mean squares in N² at full rate: the model's, the noise's, and what of the difference is certain."""
@@ -200,6 +221,7 @@ class Balance:
     noise: float
     measured: bool  # the noise, from cycle to cycle
     left: float
+    line: Line | None = None  # that stands out of the spectrum of what is left
 
     @property
     def cleared(self) -> bool:
@@ -213,7 +235,10 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     doubt = CYCLE_DOUBT if budget.measured else SPECTRAL_DOUBT
     excess = budget.judged - (1.0 + doubt) * budget.noise
     structured = left.explained_n2 - LEFT_OF_NOISE * left.mean_square_n2 if left.significant else 0.0
-    return Balance(budget.total, budget.noise, budget.measured, max(excess, structured, 0.0))
+    rates = [r.rate_hz / r.finer for r in evidence.full]
+    line = line_of(evidence.steady_errors(final.fit), rates)
+    shaken = 0.0 if line is None else line.mean_square_n2
+    return Balance(budget.total, budget.noise, budget.measured, max(excess, structured, shaken, 0.0), line)
 
 
 def _verdict(

@@ -51,6 +51,12 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
                 for m in d.left.maps[:3]
                 if m.explained_n2 > 0.0
             ],
+            "line": None
+            if d.balance.line is None
+            else {
+                "frequency_hz": d.balance.line.frequency_hz,
+                "rms_n": root(d.balance.line.mean_square_n2),
+            },
         },
         "cannot_reveal": d.hidden,
         "next_run": None if d.next_run is None else d.next_run.figures(),
@@ -120,6 +126,9 @@ def verdict_words(d: Diagnosis) -> str:
         return f"One of {names} is missing, and this campaign cannot tell which ({why}).{floor}"
     where = ", ".join(" and ".join(m.signals) for m in d.left.maps[:2] if m.explained_n2 > 0.0)
     where = f" It shows over {where}." if where else ""
+    if d.balance.line is not None:
+        line = d.balance.line
+        where += f" {root(line.mean_square_n2):.3g} N of it is a line at {line.frequency_hz:.0f} Hz."
     part = ""
     if d.found:
         helps = ", ".join(f.trial.effect.name for f in d.found)

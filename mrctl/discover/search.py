@@ -13,12 +13,13 @@ from mrctl.discover.proof import Proof, chance, log_gain, prove
 from mrctl.discover.robust import second_opinions
 from mrctl.discover.screen import Look, looks, ranges_of
 from mrctl.discover.tangent import Tangent
+from mrctl.identify import hysteresis
 from mrctl.identify.batch import in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit
 from mrctl.identify.penalties import weighed_as
-from mrctl.identify.valleys import from_other_lags
 from mrctl.model.effects.base import Effect, Stage
+from mrctl.model.filters import ORDER
 
 Array = NDArray[np.float64]
 Folds = Sequence[tuple[int, ...]]
@@ -29,7 +30,9 @@ MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits take a simulation for every table value
 CLOSE_TRIAL = 0.7  # of the best trial's gain, to be begun once more from its base
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
-ITERATIONS = 12
+ITERATIONS = 20
+HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each of several starts, before the best goes on
+PLAIN_LAG_HZ = 20.0
 TOLERANCE = 1e-4  # share of the cost that another step must win
 
 
@@ -140,14 +143,6 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
     return before, [_judged(before, t, colour) for t in trials]
 
 
-def in_best_valley(trial: Trial, folds: Folds) -> Proof:
-    """The trial's model, its filter begun anew: with the effect in the model another one may suit better."""
-    if trial.effect.stage is Stage.MOTION:  # every slope is a simulation
-        return trial.proof
-    fit = from_other_lags(trial.fit)
-    return trial.proof if fit is trial.fit else prove(fit, folds)
-
-
 def _from(trial: Trial, base: Array, least: float, folds: Folds) -> Trial:
     """The trial, begun once more from another base, if it is close enough to matter."""
     if trial.gain < least:
@@ -194,25 +189,37 @@ def grown(before: Tangent, look: Look) -> JointFit:
     """A fit with one more effect, base and effects moving together, weights as they are.
 
     It begins where it costs least: with the base settled around the look, with the base as it was, or with
-    less of the effect.
+    less of the effect. An effect on the motion has a race of all its starting points instead: to make up for
+    it, the filter has gone far from where it belongs.
     """
     fit = before.fit
-    model = fit.model.with_effects(Effects((*fit.model.effects.chosen, look.effect)))
-    own = Effects((look.effect,)).pack({look.effect.name: look.values})
-    neutral = Effects((look.effect,)).pack({look.effect.name: look.effect.neutral})
+    effect = look.effect
+    alone = Effects((effect,))
+    model = fit.model.with_effects(Effects((*fit.model.effects.chosen, effect)))
+    own, neutral = alone.pack({effect.name: look.values}), alone.pack({effect.name: effect.neutral})
     starts = [
         np.concatenate([look.settled, own]),
         np.concatenate([fit.theta, own]),
         np.concatenate([fit.theta, 0.7 * neutral + 0.3 * own]),
     ]
-    return model.fit(
-        min(starts, key=model.cost),
+    fitted = partial(
+        model.fit,
         penalties=weighed_as(fit.penalties, model.penalties()),
         free=np.concatenate([moving(fit), look.free]),
         rounds=1,
-        iterations=ITERATIONS,
-        tolerance=TOLERANCE,
     )
+    start = min(starts, key=model.cost)
+    if effect.stage is Stage.MOTION:
+        plain = fit.theta.copy()
+        if model.layout.order == ORDER:
+            plain[model.layout.parts["filter"]] = hysteresis.lag(PLAIN_LAG_HZ)
+        starts = [start] + [
+            np.concatenate([plain, alone.pack({effect.name: point})])
+            for point in effect.starting_points(ranges_of(model))
+        ]
+        heats = [fitted(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
+        start = min(heats, key=lambda heat: heat.total).theta
+    return fitted(start, iterations=ITERATIONS, tolerance=TOLERANCE)
 
 
 def without(proof: Proof, name: str, folds: Folds) -> Proof:

@@ -42,8 +42,8 @@ def spectral_floor(
     for residual, part, rate in zip(residuals, known, rates_hz, strict=True):
         f = np.fft.rfftfreq(residual.size, 1.0 / rate)
         inside = (f > LOWEST_HZ) & (f < HIGHEST_SHARE * rate)
-        power.append(_lines(residual)[inside])
-        besides.append(uniform_filter1d(_lines(part), SMOOTHED, mode="nearest")[inside])
+        power.append(periodogram(residual)[inside])
+        besides.append(uniform_filter1d(periodogram(part), SMOOTHED, mode="nearest")[inside])
         angle.append(2.0 * np.pi * f[inside] / rate)
     p, k, w = (np.concatenate(x) for x in (power, besides, angle))
     if p.size < FEWEST_LINES or float(p.max()) <= 0.0:
@@ -64,7 +64,7 @@ def spectral_floor(
     return SpectralFloor(float(np.sqrt(own + brought)), max(rho, 0.0))
 
 
-def _lines(x: Array) -> Array:
-    """The periodogram under a Hann window: of white noise its variance at every line."""
+def periodogram(x: Array) -> Array:
+    """A signal's (n) periodogram (n // 2 + 1) under a Hann window: of white noise its variance everywhere."""
     window = np.hanning(x.size)
     return np.asarray(np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2 / np.sum(window**2), dtype=np.float64)

@@ -16,6 +16,8 @@ from mrctl.simulate.run import whole
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+SLOPES_HZ = 1000.0  # slopes that go through a filter at less belong to another filter
+
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
@@ -109,42 +111,47 @@ class Rows:
 
 
 @dataclass(frozen=True, slots=True)
-class StaticRows:
-    """Derivatives of the static force by the tables' parameters, in a matrix with room for more rows.
+class SlopeRows:
+    """Derivatives of the force, on their way through the stages, at the rate of slopes.
 
-    The first `level` rows are those by f, h and their transition; g's follow.
+    The rows of `values` that differ: `level` ones by f, h and their transition, g's, and the filter's.
     """
 
-    values: Array  # (rows and room, n // factor)
-    index: NDArray[np.intp]
+    values: Array  # (rows, n // inner)
+    index: NDArray[np.intp]  # of the layout, `shared` more than there are rows
     shared: int  # increments of f below the first one in use: they act as it does
     level: int
+    static: Array  # the part of `values` that goes through the filter
 
-    @property
-    def static(self) -> Array:
-        """The rows that differ."""
-        return self.values[self.shared : self.index.size]
+    def add_filter(self, t: Tables, rate_hz: float, u: Array, y: Array, starts: Ints) -> None:
+        """The filter's own slopes, which makes y of u: n each, as they were simulated.
 
-    def with_filter(
-        self, layout: Layout, t: Tables, rate_hz: float, u: Array, y: Array, starts: Ints
-    ) -> Rows:
-        """All rows, with those of the filter that makes y of u; `starts` of the records."""
-        self.values[: self.shared] = self.values[self.shared]
-        if not layout.order:
-            return Rows(self.values, self.index)
-        part = layout.parts["filter"]
-        at = self.index.size
-        by_filter = hysteresis.sensitivities(t.filter, rate_hz, u, y, starts)
-        self.values[at : at + by_filter.shape[0]] = by_filter
-        return Rows(self.values, np.concatenate([self.index, np.arange(part.start, part.stop)]))
+        At a coarser rate the filter is another one: slopes taken there lead a fit to where its error does
+        not fall.
+        """
+        rows = hysteresis.sensitivities(t.filter, rate_hz, u, y, starts)
+        self.values[self.static.shape[0] :] = averaged(rows, u.size // self.values.shape[1])
+
+    def averaged(self, by: int, room: int = 0) -> Rows:
+        """All rows as means over `by` samples of theirs, in a matrix with room for more rows."""
+        out = np.empty((self.index.size + room, self.values.shape[1] // by))
+        out[self.shared : self.index.size] = averaged(self.values, by)
+        out[: self.shared] = out[self.shared]
+        return Rows(out, self.index)
 
 
-def static_rows(
-    inputs: Inputs, layout: Layout, t: Tables, factor: int = 1, gain: Array | None = None, room: int = 0
-) -> StaticRows:
-    """How the static force moves with the tables, averaged over `factor` samples.
+def inner_factor(rate_hz: float, factor: int) -> int:
+    """Of the samples that are averaged, how many may be before slopes go through stages and filter."""
+    fits = (k for k in range(1, factor + 1) if factor % k == 0 and rate_hz / k > 0.99 * SLOPES_HZ)
+    return max(fits, default=1)
 
-    gain: what effects multiply the static force by, sample by sample. room: rows to leave for effects.
+
+def slope_rows(
+    inputs: Inputs, layout: Layout, t: Tables, factor: int = 1, gain: Array | None = None
+) -> SlopeRows:
+    """How the static force moves with the tables, averaged over `factor` samples, before the filter.
+
+    gain: what effects multiply the static force by, sample by sample.
     """
     parts = layout.parts
     bb = backbone(inputs, t)
@@ -154,17 +161,19 @@ def static_rows(
     first, used = inputs.velocity.span
     kept = np.flatnonzero(position[first : first + used] >= 0)
     shared = int(inputs.current.below.min())
-    count = shared + index.size + kept.size
-    values = np.empty((count + parts["filter"].stop - parts["filter"].start + room, level.shape[1]))
-    values[shared : shared + index.size] = level
+    count = index.size + kept.size
+    filters = np.arange(parts["filter"].start, parts["filter"].stop)
+    values = np.empty((count + filters.size, level.shape[1]))
+    values[: index.size] = level
     fh = bb.f * bb.h if gain is None else bb.f * bb.h * gain
-    inputs.velocity.fill_hats(fh, factor, values[shared + index.size : count], kept)
+    inputs.velocity.fill_hats(fh, factor, values[index.size : count], kept)
     lower = index[0] - shared + np.arange(shared)
-    return StaticRows(
+    return SlopeRows(
         values,
-        np.concatenate([lower, index, position[first + kept] + parts["g"].start]),
+        np.concatenate([lower, index, position[first + kept] + parts["g"].start, filters]),
         shared,
         index.size,
+        values[:count],
     )
 
 
@@ -211,12 +220,14 @@ def _h_rows(
 def linearise(inputs: Inputs, layout: Layout, t: Tables, factor: int = 1) -> tuple[Array, Rows]:
     """Force (n), and its derivatives as averages over `factor` samples.
 
-    The force is exact at every sample. Averaging the slopes costs nothing where the force itself has
-    little above the coarser rate, and saves most of the time.
+    The force is exact at every sample. Averaging slopes costs nothing where the force itself has little
+    above the coarser rate, and saves most of the time.
     """
     u = backbone(inputs, t).force_n
     y = hysteresis.filtered(*hysteresis.discretise(t.filter, inputs.rate_hz), u, inputs.starts)
-    rows = static_rows(inputs, layout, t, factor)
-    rate, starts = inputs.rate_hz / factor, inputs.starts // factor
-    hysteresis.filter_rows(*hysteresis.discretise(t.filter, rate), rows.static, starts)
-    return y, rows.with_filter(layout, t, rate, averaged(u, factor), averaged(y, factor), starts)
+    inner = inner_factor(inputs.rate_hz, factor)
+    rows = slope_rows(inputs, layout, t, inner)
+    coarse = hysteresis.discretise(t.filter, inputs.rate_hz / inner)
+    hysteresis.filter_rows(*coarse, rows.static, inputs.starts // inner)
+    rows.add_filter(t, inputs.rate_hz, u, y, inputs.starts)
+    return y, rows.averaged(factor // inner)

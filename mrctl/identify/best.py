@@ -18,7 +18,6 @@ from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.records import Record, records_of
 from mrctl.identify.result import IdentificationResult, errors_of
 from mrctl.identify.start import layout_for, start_values
-from mrctl.identify.valleys import from_other_lags
 from mrctl.measurements.run import Campaign
 
 Array = NDArray[np.float64]
@@ -70,7 +69,7 @@ def fit_base(records: Sequence[Record], order: int = 3, *, warmer_k: float = 0.0
     final = JointModel(layout, records)
     theta = layout.pack(moved(start.tables, start.model.layout, layout))
     final.reweigh(theta)
-    return from_other_lags(final.fit(theta, rounds=4, iterations=10))
+    return final.fit(theta, rounds=4, iterations=10)
 
 
 def rough_fit(records: Sequence[Record], order: int) -> JointFit:

@@ -40,51 +40,47 @@ def linearise(
     gain = np.ones(run.size)
     for by in here.factors.values():
         gain = gain * by
-    static = base.static_rows(inputs, layout, t, factor, gain, effects.size)
-    coarse_rate, dt, starts = rate / factor, factor * run.dt_s, run.starts // factor
+    inner = base.inner_factor(rate, factor)
+    slopes = base.slope_rows(inputs, layout, t, inner, gain)
+    dt, starts = inner * run.dt_s, run.starts // inner
 
     def mean(x: Array) -> Array:
-        return np.ascontiguousarray(base.averaged(x, factor))
+        return np.ascontiguousarray(base.averaged(x, inner))
 
-    u, v, x, level = (
-        mean(here.static_n),
-        mean(here.velocity_m_s),
-        mean(here.displacement_m),
-        mean(here.level_n),
-    )
+    v, x = mean(here.velocity_m_s), mean(here.displacement_m)
     if settings[Stage.YIELD]:
-        level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), factor)
-        static.static[:] = _pushed(
-            static.static,
+        level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), inner)
+        slopes.static[:] = _pushed(
+            slopes.static,
             level_rows,
-            u,
-            level,
+            mean(here.static_n),
+            mean(here.level_n),
             lambda f, lev: stages.yielding(settings[Stage.YIELD], f, v, x, lev, dt, starts),
         )
     bends = _gives_way(settings)
     if bends:
+        bare = base.slope_rows(inputs, layout, t)
         by_motion = Motion.of(dampers.static(run), here, settings)
-        bare = base.static_rows(inputs, layout, t)
-        static.static[:], after_filter = by_motion.rows(bare.static, gain, factor)
-    hysteresis.filter_rows(*hysteresis.discretise(t.filter, coarse_rate), static.static, starts)
+        slopes.static[:], beside = by_motion.rows(bare.static, gain, inner)
+    hysteresis.filter_rows(*hysteresis.discretise(t.filter, 1.0 / dt), slopes.static, starts)
     if bends:
-        static.static[:] += after_filter
-    rows = static.with_filter(layout, t, coarse_rate, mean(here.yielded_n), mean(here.filtered_n), starts)
-    own = rows.index.size
-    values = rows.values[:own]
-    if settings[Stage.MOTION] and not bends:
-        values[:] = dampers.differences(
-            run, np.concatenate([layout.pack(t), theta]), rows.index,
-            lambda: _differences(run, layout, t, settings, here, factor, rows.index),
-        )  # fmt: skip
-    elif settings[Stage.LIMIT] or settings[Stage.OUTPUT]:
+        slopes.static[:] += beside
+    slopes.add_filter(t, rate, here.yielded_n, here.filtered_n, run.starts)
+    if settings[Stage.LIMIT] or settings[Stage.OUTPUT]:
 
         def after(force: Array, _: Array) -> Array:
             limited = stages.limited(settings[Stage.LIMIT], force, v, x, dt, starts)
             return stages.measured(settings[Stage.OUTPUT], limited, dt, starts)
 
         total = mean(here.sum_n)
-        values[:] = _pushed(values, np.zeros((0, 0)), total, total, after)
+        slopes.values[:] = _pushed(slopes.values, np.zeros((0, 0)), total, total, after)
+    rows = slopes.averaged(factor // inner, effects.size)
+    own = rows.index.size
+    if settings[Stage.MOTION] and not bends:
+        rows.values[:own] = dampers.differences(
+            run, np.concatenate([layout.pack(t), theta]), rows.index,
+            lambda: _differences(run, layout, t, settings, here, factor, rows.index),
+        )  # fmt: skip
     _own_slopes(run, dampers, effects, theta, here, factor, rows.values[own:])
     return here, base.Rows(rows.values, np.concatenate([rows.index, layout.size + np.arange(effects.size)]))
 

@@ -28,6 +28,8 @@ GRACE_CYCLES = 3
 INPUT_STEPS_MAX = 5
 # A silence of so many cycles ends what is known of counter and current.
 FORGET_CYCLES = 10
+# Frames of a log may be out of order by so much; a clock that goes back by more was set.
+OUT_OF_ORDER_S = 0.02
 _NOT_PLAIN = 1 << 32 | 1 << 30  # CAN FD, remote
 
 
@@ -72,6 +74,7 @@ class Judge:
         self._mean_said = False
         self._found: list[Violation] = []
         self._began_s: float | None = None
+        self._now_s: float | None = None
 
     def see(self, time_s: float, identifier: int, data: bytes) -> list[Violation]:
         """One frame: what it breaks, mostly nothing.
@@ -81,6 +84,9 @@ class Judge:
         self.frames += 1
         if self._began_s is None:
             self._began_s = time_s
+        if self._now_s is not None and time_s < self._now_s - OUT_OF_ORDER_S:
+            self._set_clock(time_s - self._now_s)
+        self._now_s = time_s
         if identifier == self._command.identifier:
             self._judge_command(time_s, data)
         elif identifier in self._inputs:
@@ -103,6 +109,14 @@ class Judge:
             self._gaps.clear()
         found, self._found = self._found, []
         return found
+
+    def _set_clock(self, by_s: float) -> None:
+        """The clock was set back: what is known goes over to the new one, on which time goes on."""
+        self._heard = {name: time_s + by_s for name, time_s in self._heard.items()}
+        self._began_s, self._heard_any, self._last_s = (
+            None if time_s is None else time_s + by_s
+            for time_s in (self._began_s, self._heard_any, self._last_s)
+        )
 
     def _say(self, time_s: float, frame: str, rule: str, value: str, limit: str) -> None:
         self.broken[rule] += 1
@@ -132,7 +146,7 @@ class Judge:
         if data[0] != crc:
             self._say(time_s, command.name, "crc", f"0x{data[0]:02X}", f"0x{crc:02X}")
             return  # nobody takes its content, so there is nothing to judge in it
-        forgotten = gap_s is None or not 0.0 <= gap_s <= FORGET_CYCLES * self._limits.cycle_s
+        forgotten = gap_s is None or gap_s > FORGET_CYCLES * self._limits.cycle_s
         counter, steps = data[1] % 16, 1
         if self._counter is not None and not forgotten:
             steps = (counter - self._counter) % 16

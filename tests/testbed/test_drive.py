@@ -20,6 +20,7 @@ from vehicle import (
     LIMP_CURRENT_A,
     SILENT_OFF_S,
     guest_files,
+    violations,
 )
 
 pytestmark = pytest.mark.testbed
@@ -134,6 +135,10 @@ def test_every_current_is_finite_and_in_range(frames: list[Frame]) -> None:
         currents = buslog.currents(frame)
         assert len(currents) == 4
         assert all(math.isfinite(current) and 0.0 <= current <= CURRENT_MAX_A for current in currents)
+
+
+def test_the_independent_judge_finds_nothing(drive: Result) -> None:
+    assert not violations(drive)
 
 
 def test_the_controller_does_control(frames: list[Frame], times: dict[str, float]) -> None:

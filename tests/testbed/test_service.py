@@ -12,7 +12,7 @@ from pathlib import Path
 import buslog
 import pytest
 from bed import CHECKOUT, Bed, Result
-from vehicle import ALL_ACTIVE, guest_files
+from vehicle import ALL_ACTIVE, guest_files, violations
 
 pytestmark = pytest.mark.testbed
 
@@ -152,6 +152,10 @@ def test_the_service_comes_back_and_controls_again(life: Result, fault: str) -> 
     states = buslog.named(buslog.read(life.read("bus.log")), "ControllerState")
     after = buslog.between(states, times[f"back_{fault}"], times[f"active_{fault}"])
     assert set(buslog.states(after[-1])) == {"ACTIVE"}
+
+
+def test_the_independent_judge_finds_nothing_from_start_to_stop(life: Result) -> None:
+    assert not violations(life)
 
 
 def test_the_journal_names_what_ended_the_daemon(life: Result) -> None:

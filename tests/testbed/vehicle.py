@@ -7,11 +7,17 @@ calibration's filters need; ticks that the guest cannot make in time are skipped
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import buslog
 import yaml
-from bed import CHECKOUT
+from bed import CHECKOUT, Result
+
+from mrctl.judge.frames import read_dbc
+from mrctl.judge.judge import Judge, Violation
+from mrctl.judge.limits import limits_of_config
+from mrctl.judge.logs import frames_of_log
 
 CONFIG: dict[str, Any] = yaml.safe_load((CHECKOUT / "config" / "vehicle.yaml").read_text(encoding="utf-8"))
 CALIBRATION = (CHECKOUT / "config" / "calibration.yaml").read_text(encoding="utf-8")
@@ -25,29 +31,40 @@ LIMP_CURRENT_A: float = CONFIG["safety"]["limp_current_a"]
 ALL_ACTIVE = buslog.line_pattern(
     "ControllerState", **{f"State_{corner}": "ACTIVE" for corner in ("FL", "FR", "RL", "RR")}
 )
+SIGNALS: dict[str, Any] = CONFIG["signals"] | {
+    "relative_velocity": CONFIG["signals"]["relative_velocity"] | {"timeout_ms": 1500, "limp_after_ms": 2000},
+    "body_velocity": CONFIG["signals"]["body_velocity"] | {"timeout_ms": 1500},
+    "temperature": CONFIG["signals"]["temperature"] | {"timeout_ms": 2000},
+}
+# As the daemon has it: a frame is stale once it has waited for longer than the shortest time-out.
+STALE_AFTER_S: float = min(rules["timeout_ms"] for rules in SIGNALS.values()) / 1000.0
+FRAMES: dict[str, Any] = {
+    "send": {"CurrentCommand": COMMAND_RATE_HZ, "ControllerState": 20, "Health": 5},
+    "receive": {"RelativeVelocity": 50, "BodyVelocity": 50, "CaseTemperature": 10},
+}
 
 
-def guest_files() -> dict[str, str]:
+def guest_files(signals: Mapping[str, Any] = SIGNALS, frames: Mapping[str, Any] = FRAMES) -> dict[str, str]:
     """vehicle.yaml and the files it points at, side by side, as an installation under /etc/mrctl has them."""
     config = CONFIG | {
         "calibration": "calibration.yaml",
         "database": "mrctl.dbc",
         "bus": CONFIG["bus"] | {"interface": "socketcan", "channel": "vcan0"},
-        "frames": {
-            "send": {"CurrentCommand": COMMAND_RATE_HZ, "ControllerState": 20, "Health": 5},
-            "receive": {"RelativeVelocity": 50, "BodyVelocity": 50, "CaseTemperature": 10},
-        },
+        "frames": dict(frames),
         "safety": CONFIG["safety"] | {"bus_silent_off_s": SILENT_OFF_S, "init_timeout_s": 10.0},
-        "signals": CONFIG["signals"]
-        | {
-            "relative_velocity": CONFIG["signals"]["relative_velocity"]
-            | {"timeout_ms": 1500, "limp_after_ms": 2000},
-            "body_velocity": CONFIG["signals"]["body_velocity"] | {"timeout_ms": 1500},
-            "temperature": CONFIG["signals"]["temperature"] | {"timeout_ms": 2000},
-        },
+        "signals": dict(signals),
     }
     return {
         "vehicle.yaml": yaml.safe_dump(config, sort_keys=False),
         "calibration.yaml": CALIBRATION,
         "mrctl.dbc": (CHECKOUT / "dbc" / "mrctl.dbc").read_text(encoding="utf-8"),
     }
+
+
+def violations(result: Result) -> list[Violation]:
+    """What the independent judge finds in a recording, but for the cycle: time in the guest is not real."""
+    bus = read_dbc(result.directory / "mrctl.dbc", "CurrentCommand")
+    judge = Judge(bus, limits_of_config(result.directory / "vehicle.yaml", bus))
+    seen = [judge.see(*frame[:3]) for frame in frames_of_log(result.directory / "bus.log")]
+    assert judge.commands > 100
+    return [violation for found in seen for violation in found if violation.rule != "cycle"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, GivesWay, Parameter, Stage, Undo, Vector
+from mrctl.model.effects.base import Effect, GivesWay, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.static import StaticTables, backbone_force, force_level
 
 
@@ -86,6 +86,11 @@ def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
     return {"mount stiffness": (1.0 / p[0], "N/m")} if p[0] > 0.0 else {}
 
 
+def _guesses(ranges: Ranges) -> list[Vector]:  # noqa: ARG001 - as all effects
+    # Soft or stiff, much or little damped: a fit hardly finds its way from one to the other.
+    return [(soft, damping) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)]
+
+
 EFFECT = Effect(
     name="mount_compliance",
     stage=Stage.MOTION,
@@ -104,6 +109,7 @@ EFFECT = Effect(
     inverse_note="The piston's motion is followed with the currents commanded; g is taken at its velocity.",
     start=start,
     states=("mount's deflection, m", "the one before, m"),
+    guesses=_guesses,
     derived=_derived,
     gives_way=GivesWay(give_way, give_way_start),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 
 def step(p: Sequence[float], s: MutableSequence[float], force_n: float, dt_s: float) -> float:
@@ -34,6 +34,11 @@ def start(p: Sequence[float], force_n: float, dt_s: float) -> list[float]:
     return [0.0] + [force_n] * (math.ceil(p[0] / dt_s) + 4)
 
 
+def _plausible(p: Vector, ranges: Ranges) -> bool:
+    """More than what reading between samples may get wrong."""
+    return p[0] > 0.1 * ranges.sample_s
+
+
 EFFECT = Effect(
     name="sensor_delay",
     stage=Stage.OUTPUT,
@@ -49,4 +54,5 @@ EFFECT = Effect(
     ),
     start=start,
     states=("place in the ring", "the last forces, N"),
+    plausible=_plausible,
 )
