@@ -156,6 +156,22 @@ def test_a_current_without_any_input_is_caught(sound):
     assert 8.1 < late[0].time_s < 8.4  # 5 s, the ramp, and a few cycles
 
 
+def set_back(rows, at_ns, by_ns):
+    return [(at - by_ns if at >= at_ns else at, can_id, data) for at, can_id, data in rows]
+
+
+def test_a_clock_that_is_set_back_breaks_no_rule_and_hides_none(sound):
+    hour = 3_600_000_000_000
+    assert judged(set_back(sound, round(3e9), hour)) == []
+    velocity = next(frame for frame in BUS.inputs if frame.name == "RelativeVelocity")
+    deaf = [row for row in sound if row[1] != velocity.identifier or row[0] < 4e9]
+    found = judged(set_back(deaf, round(4.01e9), hour))
+    assert rules(found) == {"timeout"}
+    assert 4.05 < found[0].time_s + 3600 < 4.2
+    spoilt_after = set_back(spoilt(sound, 2000, SEEDED["slew"]), round(3e9), hour)
+    assert rules(judged(spoilt_after)) == {"slew"}
+
+
 def test_without_a_configuration_the_range_is_the_databases():
     assert default_limits(BUS).current_max_a == {}
     assert default_limits(BUS).cycle_s == 0.002
