@@ -37,7 +37,6 @@ LATER_LEFT = 0.6  # or of what is still left over the noise
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.7  # of what can be removed: less, and the effects found are not what is missing
-CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,8 +231,7 @@ class Balance:
 def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     """What a model leaves over the noise, beyond the doubt about the noise itself."""
     budget = evidence.budget(final.fit)
-    doubt = CYCLE_DOUBT if budget.measured else SPECTRAL_DOUBT
-    excess = budget.judged - (1.0 + doubt) * budget.noise
+    excess = budget.judged - budget.most_noise
     structured = left.explained_n2 - LEFT_OF_NOISE * left.mean_square_n2 if left.significant else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
     line = line_of(evidence.steady_errors(final.fit), rates)

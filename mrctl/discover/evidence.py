@@ -36,6 +36,7 @@ MOVED_M = 1e-5
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
 FEWEST_CYCLES = 3  # of a run that repeats, to be searched
 LONGEST_S = 10.0  # a longer run may be heating up
+CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
 KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles
 
 
@@ -47,6 +48,7 @@ class Budget:
     judged: float
     noise: float
     measured: bool  # from cycle to cycle
+    most_noise: float  # that cannot be ruled out
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,13 +161,17 @@ class Evidence:
         if samples >= KNOWN_SHARE * sum(e.size for e in errors):
             # Runs whose noise is not known are not held against that of the others.
             noise = sum(e.size * square for square, e in known) / samples
-            return Budget(total, sum(float(e @ e) for _, e in known) / samples, noise, measured=True)
+            judged = sum(float(e @ e) for _, e in known) / samples
+            return Budget(total, judged, noise, measured=True, most_noise=(1.0 + CYCLE_DOUBT) * noise)
         spectral = spectral_floor(errors, [r.rate_hz / r.finer for r in self.full], brought)
         # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
         least = float(np.median([f.lower_bound_n for f in self.floors]))
         most = (MOST_COLOURED * least) ** 2 + float(np.mean(np.concatenate(brought) ** 2))
         noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
-        return Budget(total, total, noise, measured=False)
+        upper = noise if spectral is None else min(spectral.most_n**2, most)
+        return Budget(
+            total, total, noise, measured=False, most_noise=max((1.0 + SPECTRAL_DOUBT) * noise, upper)
+        )
 
     def steady_errors(self, fit: JointFit) -> list[Array]:
         """Measured less modelled force in N at the samples measured, without starts that a fit leaves out."""

@@ -12,23 +12,29 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
-from scipy.optimize import minimize
+from scipy.optimize import minimize_scalar
 
 Array = NDArray[np.float64]
 
 LOWEST_HZ = 30.0
 HIGHEST_SHARE = 0.45  # of the sample rate
-MOST_COLOUR = 0.97  # beyond this it may as well be a model error that reaches up
+COLOURS = np.concatenate([[0.0], 1.0 - np.geomspace(0.9, 0.03, 24)])  # beyond, it may be a model error
+AS_LIKELY = 2.0  # log-likelihood: colours that the spectrum cannot rule out
 FEWEST_LINES = 50
 SMOOTHED = 41  # lines of a drawn noise's spectrum
 
 
 @dataclass(frozen=True, slots=True)
 class SpectralFloor:
-    """Noise RMS in N at the residuals' own rate, and how much a sample remembers of the last one (0 to 1)."""
+    """Noise RMS in N at the residuals' own rate, and how much a sample remembers of the last one (0 to 1).
+
+    `most_n`: the largest RMS that the spectrum does not rule out. Noise that remembers much has little above
+    30 Hz to be known by.
+    """
 
     noise_n: float
     colour: float
+    most_n: float
 
 
 def spectral_floor(
@@ -48,20 +54,27 @@ def spectral_floor(
     p, k, w = (np.concatenate(x) for x in (power, besides, angle))
     if p.size < FEWEST_LINES or float(p.max()) <= 0.0:
         return None
-
-    def unlikely(x: Array) -> float:
-        """Whittle's negative log-likelihood."""
-        rho = np.tanh(x[1])
-        shape = np.exp(x[0]) / (1.0 - 2.0 * rho * np.cos(w) + rho * rho) + k
-        return float(np.sum(np.log(shape) + p / shape))
-
-    best = minimize(unlikely, [np.log(p.mean()), 0.0], method="Nelder-Mead").x
-    rho = float(np.tanh(best[1]))
     brought = float(np.mean(np.concatenate(list(known)) ** 2))
-    if abs(rho) > MOST_COLOUR:
-        return SpectralFloor(float(np.sqrt(max(p.mean() - k.mean(), 0.0) + brought)), 0.0)
-    own = float(np.exp(best[0]) / (1.0 - rho * rho))
-    return SpectralFloor(float(np.sqrt(own + brought)), max(rho, 0.0))
+    fits = []
+    for colour in COLOURS:
+        shape = 1.0 / (1.0 - 2.0 * colour * np.cos(w) + colour * colour)
+        unlikely, level = _level(p, shape, k)
+        fits.append((unlikely, level / (1.0 - colour * colour) + brought, float(colour)))
+    least, noise, colour = min(fits)
+    most = max(power for unlikely, power, _ in fits if unlikely < least + AS_LIKELY)
+    return SpectralFloor(float(np.sqrt(noise)), colour, float(np.sqrt(most)))
+
+
+def _level(power: Array, shape: Array, besides: Array) -> tuple[float, float]:
+    """Whittle's negative log-likelihood at the best level of a noise of this shape, and that level."""
+
+    def unlikely(log_level: float) -> float:
+        density = np.exp(log_level) * shape + besides
+        return float(np.sum(np.log(density) + power / density))
+
+    alone = float(np.log(np.mean(power / shape)))  # the best where nothing is besides
+    best = minimize_scalar(unlikely, bounds=(alone - 12.0, alone + 1.0), method="bounded")
+    return float(best.fun), float(np.exp(best.x))
 
 
 def periodogram(x: Array) -> Array:

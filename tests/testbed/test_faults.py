@@ -22,6 +22,7 @@ from vehicle import (
     DAMPERS,
     SILENT_OFF_S,
     STALE_AFTER_S,
+    car_files,
     guest_files,
     violations,
 )
@@ -30,23 +31,23 @@ pytestmark = pytest.mark.testbed
 
 OTHER_CALIBRATION = CALIBRATION.replace("values: [290.0, 530.0, 760.0,", "values: [290.0, 500.0, 700.0,")
 BROKEN_CALIBRATION = CALIBRATION.replace("values: [290.0, 530.0,", "values: [530.0, 290.0,")
-FLOOD = 30_000
+FLOOD = 20_000
 INPUTS = ("RelativeVelocity", "BodyVelocity", "CaseTemperature")
 
 SCRIPT = """
 record() { candump -D -L -r 4194304 vcan0 >>bus.log 2>>candump.err & recorder=$!; }
-start_plant() { nice -n -10 "$PYTHON" -m mrctl plant -c vehicle.yaml >>plant.log 2>&1 & plant=$!; }
+start_car() { nice -n -10 "$PYTHON" -S car.py 2>>car.log & car=$!; }
 lines() { wc -l <bus.log; }
-begin() { echo "$1 $(lines) $(wc -l <daemon.log)" >>begins; }
+begin() { mark $1; echo "$1 $(lines) $(wc -l <daemon.log)" >>begins; }
 # True when the last state among the lines of the recording after line $1 is ACTIVE for every damper.
 controls_after() { tail -n "+$(($1 + 1))" bus.log | grep -E ' 200#' | tail -n 1 | grep -qE "$ALL_ACTIVE"; }
 back() { local from; from=$(lines); wait_for 60 controls_after "$from"; sleep 0.5; }
 says() { tail -n "+$(($1 + 1))" daemon.log | grep -q "$2"; }
 
-: >daemon.log
+mark start; : >daemon.log
 record
 nice -n -10 "$PYTHON" -m mrctl run -c vehicle.yaml >>daemon.log 2>&1 & daemon=$!
-start_plant
+start_car
 wait_for 120 controls_after 0
 
 begin clock
@@ -57,7 +58,7 @@ back
 
 begin stop
 kill -STOP "$daemon"
-sleep 5
+sleep 3
 kill -CONT "$daemon"
 back
 
@@ -88,10 +89,10 @@ back
 
 begin dead
 before=$(wc -l <daemon.log)
-kill -KILL "$plant"
+kill -KILL "$car"
 wait_for 30 says "$before" BUS_SILENT
 sleep 0.5
-start_plant
+start_car
 back
 
 begin replaced
@@ -129,8 +130,8 @@ kill -TERM "$daemon"
 wait "$daemon" || status=$?
 echo "$status" >disk.status
 cp disk/daemon.log disk.log
-umount disk
-kill "$plant" "$recorder"
+mark umount; umount disk
+kill "$car" "$recorder"
 wait || true
 """
 
@@ -139,7 +140,9 @@ FAULTS = ("clock", "stop", "overflow", "enobufs", "deleted", "dead", "replaced",
 
 @pytest.fixture(scope="module")
 def drive(bus: Bed) -> Result:
-    files = guest_files() | {
+    files = {
+        **guest_files(),
+        **car_files(),
         "original.yaml": CALIBRATION,
         "other.yaml": OTHER_CALIBRATION,
         "broken.yaml": BROKEN_CALIBRATION,

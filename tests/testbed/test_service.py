@@ -12,7 +12,7 @@ from pathlib import Path
 import buslog
 import pytest
 from bed import CHECKOUT, Bed, Result
-from vehicle import ALL_ACTIVE, guest_files, violations
+from vehicle import ALL_ACTIVE, car_files, guest_files, violations
 
 pytestmark = pytest.mark.testbed
 
@@ -21,7 +21,7 @@ TEMPLATE = CHECKOUT / "systemd" / "mrctl@.service"
 
 # Kills from outside, and ticks that hang until the watchdog kills; more of these from the environment:
 # MRCTL_WATCHDOG_KILLS=20 pytest tests/testbed/test_service.py
-FAULTS = ("KILL1", *(f"STOP{k}" for k in range(1, 1 + int(os.environ.get("MRCTL_WATCHDOG_KILLS", "2")))))
+FAULTS = ("KILL1", *(f"STOP{k}" for k in range(1, 1 + int(os.environ.get("MRCTL_WATCHDOG_KILLS", "1")))))
 
 # Time in the guest is not real time. The second ExecStopPost= notes when the unit's own one is over.
 DROP_IN = """
@@ -41,9 +41,9 @@ sed "s#{job}#$PWD#" drop_in >$unit.d/guest.conf
 systemctl daemon-reload
 
 candump -D -L -r 4194304 vcan0 >bus.log 2>candump.err & recorder=$!
-nice -n -10 /opt/mrctl/bin/mrctl plant -c vehicle.yaml >plant.log 2>&1 & plant=$!
+nice -n -10 "$PYTHON" -S car.py 2>car.log & car=$!
 trap 'systemctl stop mrctl; journalctl -u mrctl --no-pager >journal.log
-  journalctl -u mrctl --no-pager -o json >journal.json; kill $plant $recorder; wait' EXIT
+  journalctl -u mrctl --no-pager -o json >journal.json; kill $car $recorder; wait' EXIT
 
 main_pid() { systemctl show -P MainPID mrctl; }
 controls() { tail -n 60 bus.log | grep -qE "$ALL_ACTIVE"; }
@@ -89,7 +89,7 @@ sleep 0.5
 @pytest.fixture(scope="module")
 def life(guest: Bed) -> Result:
     """One life of the service; the tests read what it left."""
-    files = guest_files() | {"drop_in": DROP_IN}
+    files = guest_files() | car_files() | {"drop_in": DROP_IN}
     script = f"MRCTL_UNIT='{UNIT}' ALL_ACTIVE='{ALL_ACTIVE}' FAULTS='{' '.join(FAULTS)}'\n{SCRIPT}"
     return guest.run(script, files=files, timeout_s=240 + 60 * len(FAULTS), machine=True).checked()
 

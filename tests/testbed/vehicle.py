@@ -7,17 +7,22 @@ calibration's filters need; ticks that the guest cannot make in time are skipped
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import buslog
 import yaml
 from bed import CHECKOUT, Result
 
+from mrctl.can.codec import make_encoder
+from mrctl.config import load_config
 from mrctl.judge.frames import read_dbc
 from mrctl.judge.judge import Judge, Violation
 from mrctl.judge.limits import limits_of_config
 from mrctl.judge.logs import frames_of_log
+from mrctl.runtime.build import input_signals
 
 CONFIG: dict[str, Any] = yaml.safe_load((CHECKOUT / "config" / "vehicle.yaml").read_text(encoding="utf-8"))
 CALIBRATION = (CHECKOUT / "config" / "calibration.yaml").read_text(encoding="utf-8")
@@ -59,6 +64,23 @@ def guest_files(signals: Mapping[str, Any] = SIGNALS, frames: Mapping[str, Any] 
         "calibration.yaml": CALIBRATION,
         "mrctl.dbc": (CHECKOUT / "dbc" / "mrctl.dbc").read_text(encoding="utf-8"),
     }
+
+
+def car_files() -> dict[str, str]:
+    """A car that starts at once (car.py) and what it sends: whole turns of all motions and of all counters."""
+    round_s, lines = 8, []
+    swings = {"relative_velocity": (0.3, 11), "body_velocity": (0.2, 9), "temperature": (0.0, 0)}
+    for spec, users in input_signals(load_config(CHECKOUT / "config" / "vehicle.yaml")):
+        encode, rate_hz = make_encoder(spec), FRAMES["receive"][spec.name]
+        assert round_s * rate_hz % 16 == 0
+        swing, turns = swings[users[0][0][1]]
+        for n in range(round_s * rate_hz):
+            phase = 2.0 * math.pi * turns * n / (round_s * rate_hz)
+            values = [swing * math.sin(phase + k) if turns else 50.0 + k for k in range(len(users))]
+            lines.append((1000 * n // rate_hz, f"{spec.linux_id:X} {encode(values, n).hex()}"))
+    frames = "".join(f"{ms} {frame}\n" for ms, frame in sorted(lines))
+    program = Path(__file__).with_name("car.py").read_text(encoding="utf-8")
+    return {"car.py": program, "frames.txt": f"{frames}{1000 * round_s}\n"}
 
 
 def violations(result: Result) -> list[Violation]:
