@@ -135,8 +135,11 @@ COMPARED = {
         f"{FORM}: tanh(i); what does not change with the current is also g's",
     ),
     "preyield_stiffness": _preyield,
-    # Force over deflection and over its speed; the generator has H before the mount, we have it after.
-    "mount_compliance": lambda p, _: {"compliance_m_n": 1.0 / p["MK"], "damping_n_s_m": p["MC"]},
+    # The generator has H before the mount, mrctl after: its delay times the stiffness is damping here.
+    "mount_compliance": lambda p, _: {
+        "compliance_m_n": 1.0 / p["MK"],
+        "damping_n_s_m": f"{FORM}: H stands before the mount",
+    },
     "sensor_delay": lambda p, _: {"delay_s": p["delay"]},
 }
 
