@@ -38,13 +38,13 @@ SCRIPT = """
 record() { candump -D -L -r 4194304 vcan0 >>bus.log 2>>candump.err & recorder=$!; }
 start_car() { nice -n -10 "$PYTHON" -S car.py 2>>car.log & car=$!; }
 lines() { wc -l <bus.log; }
-begin() { mark $1; echo "$1 $(lines) $(wc -l <daemon.log)" >>begins; }
+begin() { echo "$1 $(lines) $(wc -l <daemon.log)" >>begins; }
 # True when the last state among the lines of the recording after line $1 is ACTIVE for every damper.
 controls_after() { tail -n "+$(($1 + 1))" bus.log | grep -E ' 200#' | tail -n 1 | grep -qE "$ALL_ACTIVE"; }
 back() { local from; from=$(lines); wait_for 60 controls_after "$from"; sleep 0.5; }
 says() { tail -n "+$(($1 + 1))" daemon.log | grep -q "$2"; }
 
-mark start; : >daemon.log
+: >daemon.log
 record
 nice -n -10 "$PYTHON" -m mrctl run -c vehicle.yaml >>daemon.log 2>&1 & daemon=$!
 start_car
@@ -130,7 +130,7 @@ kill -TERM "$daemon"
 wait "$daemon" || status=$?
 echo "$status" >disk.status
 cp disk/daemon.log disk.log
-mark umount; umount disk
+umount disk
 kill "$car" "$recorder"
 wait || true
 """

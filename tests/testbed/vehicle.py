@@ -67,7 +67,7 @@ def guest_files(signals: Mapping[str, Any] = SIGNALS, frames: Mapping[str, Any] 
 
 
 def car_files() -> dict[str, str]:
-    """A car that starts at once (car.py) and what it sends: whole turns of all motions and of all counters."""
+    """A car that starts at once (car.py) and what it sends: whole turns of every motion and counter."""
     round_s, lines = 8, []
     swings = {"relative_velocity": (0.3, 11), "body_velocity": (0.2, 9), "temperature": (0.0, 0)}
     for spec, users in input_signals(load_config(CHECKOUT / "config" / "vehicle.yaml")):
