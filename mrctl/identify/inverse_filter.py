@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 BAND_ERROR = 0.002  # a cascade error of this size in the band counts as much as ...
 FOLLOW_ERROR = 0.1  # ... this one above it, ...
 ROLL_OFF_ERROR = 0.5  # ... this gain left near Nyquist.
+LEAST_DAMPING, MOST_DAMPING = 0.5, 10.0  # of the pole pair: what rings amplifies the wish's noise without end
 SLOWEST_HZ, STARTS_HZ = 0.2, (60.0, 150.0, 400.0)
 LOOP_RATES_HZ = (500.0, 1000.0, 2000.0)
 # Fastest pole, end of the band that is followed (Hz), and the gain of the inverse filter that counts as an
@@ -56,23 +57,32 @@ def design_inverse_filter(forward: Filter) -> Filter:
 
 
 def _shaped(forward: Filter, shaping: _Shaping, fastest_hz: float) -> Filter:
-    """The best inverse filter with no pole beyond a frequency."""
+    """The best inverse filter with no pole beyond a frequency, and none that rings."""
     unit_hz = hysteresis.UNIT_RAD_S / (2.0 * np.pi)
     low, high = np.log(SLOWEST_HZ / unit_hz), np.log(fastest_hz / unit_hz)
-    lower = np.array([low, low, 2 * low, -np.inf, -np.inf, -np.inf])
-    upper = np.array([high, high + np.log(2.0), 2 * high, np.inf, np.inf, np.inf])
+    # The pair by its damping (logarithm of 2 zeta) in place of its linear coefficient.
+    lower = np.array([low, np.log(2.0 * LEAST_DAMPING), 2 * low, -np.inf, -np.inf, -np.inf])
+    upper = np.array([high, np.log(2.0 * MOST_DAMPING), 2 * high, np.inf, np.inf, np.inf])
+
+    def theta(x: Array) -> Array:
+        return np.concatenate([x[:1], x[1:2] + 0.5 * x[2:3], x[2:]])
 
     def fit(start: Array, evaluations: int) -> OptimizeResult:
         return least_squares(
-            shaping.errors, start, bounds=(lower, upper), x_scale="jac", max_nfev=evaluations
+            lambda x: shaping.errors(theta(x)),
+            start,
+            bounds=(lower, upper),
+            x_scale="jac",
+            max_nfev=evaluations,
         )
 
     fits = []
-    for poles in _pole_starts(forward):
-        logs = np.clip(poles, lower[:3] + 1e-6, upper[:3] - 1e-6)
-        fits.append(fit(np.concatenate([logs, shaping.numerator(logs)]), 12))
+    for logs in _pole_starts(forward):
+        by_damping = np.array([logs[0], logs[1] - 0.5 * logs[2], logs[2]])
+        poles = np.clip(by_damping, lower[:3] + 1e-6, upper[:3] - 1e-6)
+        fits.append(fit(np.concatenate([poles, shaping.numerator(theta(poles))]), 12))
     best = fit(min(fits, key=lambda one: float(one.cost)).x, 80)
-    return hysteresis.as_filter(np.asarray(best.x, dtype=np.float64), forward.sample_rate_hz)
+    return hysteresis.as_filter(theta(np.asarray(best.x, dtype=np.float64)), forward.sample_rate_hz)
 
 
 def _carries(inverse: Filter) -> bool:

@@ -171,7 +171,9 @@ def _fit_numerator(target: Filter, a: NDArray[np.float64], rate_hz: float) -> ND
     powers = z[:, None] ** np.arange(ORDER, -1, -1)[None, :]
     # b3 = dc - b0 - b1 - b2 makes the DC gain exact.
     dc = target.dc_gain() * float(np.sum(a))
-    scale = weight / np.abs(np.polyval(a, z))
+    # Errors count by the gain where it is above that at 0 Hz: an inverse filter's rises a hundredfold.
+    response = np.abs(target.response(f))
+    scale = weight / np.abs(np.polyval(a, z)) / np.maximum(response, response[0])
     matrix = (powers[:, :ORDER] - powers[:, ORDER:]) * scale[:, None]
     right = (wanted - dc * powers[:, ORDER]) * scale
     stacked = np.concatenate([matrix.real, matrix.imag])

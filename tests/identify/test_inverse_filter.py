@@ -1,0 +1,52 @@
+"""The inverse filter follows in the band for every kind of forward filter, and rings at no loop rate."""
+
+import numpy as np
+import pytest
+from scipy.signal import bilinear
+
+from mrctl.identify.inverse_filter import LOOP_RATES_HZ, design_inverse_filter
+from mrctl.model.filters import Filter
+
+RATE_HZ = 1200.0
+BAND_HZ = np.linspace(0.25, 20.0, 80)
+
+
+def second_order(hz, damping):
+    w = 2.0 * np.pi * hz
+    return [1.0], [1.0 / w**2, 2.0 * damping / w, 1.0]
+
+
+FORWARD = {
+    "none": ([1.0], [1.0]),
+    "lag at 30 Hz": ([1.0], [1.0 / (2 * np.pi * 30.0), 1.0]),
+    "lag at 8 Hz": ([1.0], [1.0 / (2 * np.pi * 8.0), 1.0]),
+    "lead and lag": ([0.004, 1.0], [0.009, 1.0]),
+    "second order at 45 Hz": second_order(45.0, 1.05),
+    "second order at 70 Hz": second_order(70.0, 0.5),
+}
+
+
+def forward(name):
+    numerator, denominator = FORWARD[name]
+    b, a = bilinear(numerator, denominator, RATE_HZ) if len(denominator) > 1 else (numerator, denominator)
+    return Filter.of(RATE_HZ, np.pad(b, (0, 4 - len(b))), np.pad(a, (0, 4 - len(a))))
+
+
+@pytest.mark.parametrize("name", FORWARD)
+def test_the_cascade_is_flat_in_the_band_at_every_loop_rate(name):
+    h = forward(name)
+    inverse = design_inverse_filter(h)
+    for rate in LOOP_RATES_HZ:
+        there = inverse.resampled(rate)
+        assert np.max(np.abs(there.response(BAND_HZ) * h.response(BAND_HZ) - 1.0)) < 0.02
+
+
+@pytest.mark.parametrize("name", FORWARD)
+def test_it_amplifies_nothing_much_more_than_undoing_the_forward_filter_takes(name):
+    h = forward(name)
+    inverse = design_inverse_filter(h)
+    for rate in LOOP_RATES_HZ:
+        hz = np.linspace(0.1, 0.5 * rate, 20000)
+        most = np.max(np.abs(inverse.resampled(rate).response(hz)))
+        undone = np.max(1.0 / np.abs(h.response(np.linspace(0.1, 200.0, 2000))))
+        assert most < 4.0 * undone
