@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.refit import Split, error_on, fitted, split, thinned
+from mrctl.discover.search import grown_by
 from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint import JointFit
 from mrctl.measurements.run import Campaign
@@ -94,6 +95,9 @@ def _proven(
     before: JointFit | None,
 ) -> JointFit:
     """The fit of the training records, begun where the smaller model's stood and at the given values."""
-    begin = dict(before.effect_values) if before is not None else {}
-    begin |= {e.name: values.get(e.name, e.typical) for e in chosen if e.name not in begin}
-    return fitted(parts.training, chosen, begin, start=before, free=free)
+    if before is None:
+        return fitted(
+            parts.training, chosen, {e.name: values.get(e.name, e.typical) for e in chosen}, free=free
+        )
+    begin = grown_by(before, chosen[-1], values.get(chosen[-1].name))
+    return fitted(parts.training, chosen, begin.effect_values, start=begin, free=free)

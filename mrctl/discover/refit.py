@@ -95,7 +95,7 @@ def fitted(
     if not chosen and start is None:
         return base
     layout = base.model.layout
-    model = JointModel(layout, records, Effects(tuple(chosen)))
+    model = JointModel(layout, records, Effects(tuple(chosen)), minimum_phase=bool(chosen))
     mask = model.free()
     if free is not None and chosen:
         own = [flag for e in chosen for flag in free.get(e.name, [not p.held for p in e.parameters])]

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof, chance, log_gain, prove
 from mrctl.discover.robust import second_opinions
-from mrctl.discover.screen import Look, looks, ranges_of
+from mrctl.discover.screen import Look, Screen, looks, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify import hysteresis
 from mrctl.identify.batch import in_parallel
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint import JointFit, JointModel
 from mrctl.identify.penalties import weighed_as
-from mrctl.model.effects.base import Effect, Stage
+from mrctl.model.effects.base import Effect, Stage, Vector
 from mrctl.model.filters import ORDER
 
 Array = NDArray[np.float64]
@@ -220,6 +220,21 @@ def grown(before: Tangent, look: Look) -> JointFit:
         heats = [fitted(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
         start = min(heats, key=lambda heat: heat.total).theta
     return fitted(start, iterations=ITERATIONS, tolerance=TOLERANCE)
+
+
+def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
+    """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most."""
+    model = JointModel(fit.model.layout, fit.model.records, fit.model.effects, minimum_phase=True)
+    model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+    lag = model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
+    tangent = Tangent.of(lag)
+    screen = Screen(tangent)
+    if values is None:
+        _, start = max(screen.glance(effect), key=lambda one: one[0])
+        look = screen.climb(effect, start)
+    else:
+        look = screen.at(effect, values)
+    return grown(tangent, look)
 
 
 def without(proof: Proof, name: str, folds: Folds) -> Proof:

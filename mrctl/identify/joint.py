@@ -36,6 +36,7 @@ FLOOR_SHARE = 1e-5  # of the force scale: noise below this is no noise
 EFFECT_SPREAD = 30.0  # steps that matter: the weak pull of an effect's parameters to neutral
 FASTEST_POLE = 0.8 * np.pi / hysteresis.UNIT_RAD_S  # times the sample rate
 SLOWEST_POLE = 0.02  # 0.2 Hz
+FEWEST_TO_DISAGREE = 4  # records, for their disagreement to say something
 
 
 @dataclass
@@ -366,19 +367,29 @@ class JointFit:
         """Covariance of the vector under coloured noise; 0 for what was held.
 
         The residual's colour is an autoregressive model, record by record; the spread is then
-        V (J' W S W J + P) V, with V the inverse of J' W J + P and P the penalties.
+        V (J' W S W J + P) V, with V the inverse of J' W J + P and P the penalties. Where the records pull a
+        parameter about more than such noise would, as a model that is not quite right makes them, its spread
+        is theirs (White's estimate, clustered by record).
         """
         model, theta = self.model, self.theta
         size = model.size
-        bread, meat = np.zeros((size, size)), np.zeros((size, size))
+        bread, meat, pulls = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
         for weight, (rest, rows) in zip(model.weights, model.jacobians(theta), strict=True):
             at = np.ix_(rows.index, rows.index)
             bread[at] += weight * (rows.values @ rows.values.T)
             meat[at] += weight**2 * coloured_gram(rows.values, rest)
+            pull = weight * (rows.values @ rest)
+            pulls[at] += np.outer(pull, pull)
         normal = Normal(bread, np.zeros(size), 0.0)
         inverse = covariance(normal, self.penalties, self.solution.held)
         prior = np.asarray(sum(p.weight * p.gram for p in self.penalties), dtype=np.float64)
-        return np.asarray(inverse @ (meat + prior) @ inverse, dtype=np.float64)
+        spread = np.asarray(inverse @ (meat + prior) @ inverse, dtype=np.float64)
+        count = len(model.records)
+        if count < FEWEST_TO_DISAGREE:
+            return spread
+        pulled = count / (count - 1) * np.diag(inverse @ pulls @ inverse)
+        more = np.sqrt(np.maximum(pulled / np.maximum(np.diag(spread), 1e-300), 1.0))
+        return np.asarray(spread * np.outer(more, more), dtype=np.float64)
 
     def effect_std(self, covariance: Array | None = None) -> dict[str, Vector]:
         """Standard deviation of each effect's parameters in SI units."""
