@@ -15,9 +15,9 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT.parent)]
+sys.path += [str(ROOT), str(ROOT.parent)]  # behind the package that is to be looked at
 
-from replay.recording import CONFIG, Car, line  # noqa: E402  # once the paths are set
+from replay.recording import CONFIG, Car, line  # noqa: E402  # once the path is set
 
 from mrctl.config import load_config  # noqa: E402  # as above
 from mrctl.replay.run import replay  # noqa: E402  # as above

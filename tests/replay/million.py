@@ -13,12 +13,13 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT.parent)]
+sys.path += [str(ROOT), str(ROOT.parent)]  # behind the package that is to be looked at
 
-from replay.recording import CONFIG, candump, live, sent_lines  # noqa: E402  # once the paths are set
+from replay.recording import CONFIG, candump, live, sent_lines  # noqa: E402  # once the path is set
 
 from mrctl.config import load_config  # noqa: E402  # as above
 from mrctl.replay.run import replay  # noqa: E402  # as above
+from mrctl.runtime.compiled import COMPILED  # noqa: E402  # as above
 
 
 def main() -> int:
@@ -38,7 +39,8 @@ def main() -> int:
     expected = sent_lines(lines)
     differing = sum(a != b for a, b in zip(expected, again, strict=False)) + abs(len(expected) - len(again))
     version = ".".join(map(str, sys.version_info[:3]))
-    print(f"Python {version}: {figures['ticks']:,} ticks, {len(expected):,} frames sent")
+    build = "compiled" if COMPILED else "interpreted"
+    print(f"Python {version}, {build}: {figures['ticks']:,} ticks, {len(expected):,} frames sent")
     print(f"rejected: {figures['rejected']}")
     print("no byte differs" if not differing else f"{differing:,} frames differ")
     return 1 if differing else 0
