@@ -33,7 +33,8 @@ LEAST_SHARE = 0.02  # of the mean square that an effect must take off, ...
 LATER_SHARE = (
     0.04  # ... and of what all effects take off: less may be the first one's form that is not quite so
 )
-LATER_LEFT = 0.6  # or of what is still left over the noise
+LATER_LEFT = 0.6  # or of what is still left over the noise, ...
+LATER_LEAST = 0.01  # ... if it is at least this share of all
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.7  # of what can be removed: less, and the effects found are not what is missing
@@ -79,7 +80,7 @@ def diagnose(
     evidence = Evidence.of(campaign)
     report(0.05, "base model")
     base = evidence.base(known, values)
-    evidence = evidence.timed(base.fit)
+    evidence = evidence.steadied(base.fit).timed(base.fit)
     base = evidence.base(known, base.fit.effect_values, base.fit)
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
@@ -144,11 +145,12 @@ def _search(
 def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
-    It takes a fair share of all that was taken, or most of what is still left over the noise.
+    It takes a fair share of all that was taken, or a small one that is most of what is left over the noise.
     """
     taken = here.mean_square - best.proof.mean_square
     left = evidence.budget(here.fit).total - evidence.budget(best.fit).noise
-    return taken > LATER_SHARE * (base.mean_square - best.proof.mean_square) or taken > LATER_LEFT * left
+    every = base.mean_square - best.proof.mean_square
+    return taken > LATER_SHARE * every or taken > max(LATER_LEFT * left, LATER_LEAST * every)
 
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.folds import folds_of
-from mrctl.discover.input_noise import input_noise
+from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.refit import part
@@ -61,6 +61,7 @@ class Evidence:
     records: list[Record]
     floors: list[NoiseFloor]
     folds: Folds
+    motion_noise: Spectrum | None
 
     @classmethod
     def of(cls, campaign: Campaign) -> Evidence:
@@ -76,10 +77,17 @@ class Evidence:
                 "no run moves the damper and measures its force",
                 "measure velocity and force in motion",
             )
-        return cls._of(campaign, moving, [noise_floor(campaign.runs[r.run]) for r in moving])
+        floors = [noise_floor(campaign.runs[r.run]) for r in moving]
+        return cls._of(campaign, moving, floors, noise_spectrum(moving))
 
     @classmethod
-    def _of(cls, campaign: Campaign, measured: list[Record], floors: list[NoiseFloor]) -> Evidence:
+    def _of(
+        cls,
+        campaign: Campaign,
+        measured: list[Record],
+        floors: list[NoiseFloor],
+        motion_noise: Spectrum | None,
+    ) -> Evidence:
         share = SEARCHED_SAMPLES / (_seconds(measured) * WEIGHING_RATE_HZ)
         fewer = _seconds([_shortened(r, f, share) for r, f in zip(measured, floors, strict=True)])
         by = 0.5 if fewer > LONG_S else 1.0
@@ -89,12 +97,20 @@ class Evidence:
             _shortened(r, f, share).decimated(int(r.rate_hz / fastest))
             for r, f in zip(full, floors, strict=True)
         ]
-        return cls(campaign, measured, full, records, floors, folds_of(records))
+        return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise)
+
+    def steadied(self, fit: JointFit) -> Evidence:
+        """The same, without the motion's noise where a fit shows that it is that; itself where none is."""
+        quiet = steadied(fit, self.measured, self.motion_noise)
+        if all(a is b for a, b in zip(quiet, self.measured, strict=True)):
+            return self
+        return self._of(self.campaign, quiet, self.floors, self.motion_noise)
 
     def timed(self, fit: JointFit) -> Evidence:
         """The same, with the times of the current's steps taken from the force."""
         return replace(
-            self._of(self.campaign, timed(self.measured, fit), self.floors), measured=self.measured
+            self._of(self.campaign, timed(self.measured, fit), self.floors, self.motion_noise),
+            measured=self.measured,
         )
 
     def retimed(self, proof: Proof) -> tuple[Evidence, Proof]:
@@ -103,7 +119,7 @@ class Evidence:
         A model without the coil's lag put part of it into the times: so it is fitted to the currents as they
         were measured first.
         """
-        plain = self._of(self.campaign, self.measured, self.floors)
+        plain = self._of(self.campaign, self.measured, self.floors, self.motion_noise)
         evidence = plain.timed(_fitted_to(plain.records, proof.fit))
         return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
 
@@ -139,7 +155,7 @@ class Evidence:
         theta = np.concatenate([fit.theta[: fit.model.layout.size], model.effects.pack(values or {})])
         model.reweigh(theta)
         penalties = weighed_as(fit.penalties, model.penalties())
-        fit = model.fit(theta, penalties=penalties, rounds=1, iterations=10, tolerance=1e-4)
+        fit = model.fit(theta, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
         return prove(fit, self.folds)
 
     def budget(self, fit: JointFit) -> Budget:
@@ -151,7 +167,10 @@ class Evidence:
         """
         errors = self.steady_errors(fit)
         total = float(np.mean(np.concatenate(errors) ** 2))
-        brought = [f[f.size - e.size :] for f, e in zip(input_noise(fit, self.full), errors, strict=True)]
+        brought = [
+            f[f.size - e.size :]
+            for f, e in zip(input_noise(fit, self.full, self.motion_noise), errors, strict=True)
+        ]
         known = [
             (f.floor_n**2 + float(np.mean(b * b)), e)
             for f, b, e in zip(self.floors, brought, errors, strict=True)

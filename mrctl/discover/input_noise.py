@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from mrctl.identify.joint import JointFit
 from mrctl.identify.records import Record
@@ -25,11 +26,87 @@ BANDS = 6
 QUIETEST = 0.25  # quantile over the records: fast motion in some of them is no noise
 STEEPEST = 2.0  # a differentiated signal's spectrum rises with the square of the frequency
 SEED = 1
+LEAST_QUIETER = 0.02  # of the mean square, for a motion without its noise to be the truer one
+CLEAR = 4.0  # times the noise's density: there the motion is
+EDGE_WIDTH_HZ, WIENER_WIDTH_HZ = 1.0, 3.0  # over which the spectrum held against the noise's is smoothed
+MARGIN, SLOPE = 1.2, 1.3  # of the band's edge: what is kept whole, and where all has gone
+PADDED_S = 1.0
 
 
-def input_noise(fit: JointFit, records: Sequence[Record]) -> list[Array]:
-    """A drawing of what the velocity's noise makes of the model's force: N at each sample measured."""
-    spectrum = _noise_spectrum(records)
+Spectrum = tuple[Array, Array, float]
+
+
+def steadied(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | None) -> list[Record]:
+    """The records, the motion of some less what its spectrum says is noise, where the force agrees.
+
+    A damper is steep near standstill: noise there hides what is looked for, and whatever smooths the motion,
+    a mount or a delay, would seem to be missing. What moves the damper must not be taken for noise, though:
+    so each record is the one of its versions that a model of all fits best. Velocity and acceleration lose
+    the same, without phase.
+    """
+    if spectrum is None:
+        return list(records)
+    shares = [_shares(r, spectrum) for r in records]
+    versions = [
+        list(records),
+        *(
+            [_steadied(r, own) for r, own in zip(records, kind, strict=True)]
+            for kind in zip(*shares, strict=True)
+        ),
+    ]
+    errors = [[float(np.mean(e * e)) for e in fit.model.on(rs).errors(fit.theta)] for rs in versions]
+    found = []
+    for n, record in enumerate(records):
+        best = min(range(len(versions)), key=lambda k: errors[k][n])
+        quieter = errors[best][n] < (1.0 - LEAST_QUIETER) * errors[0][n]
+        found.append(versions[best][n] if quieter else record)
+    return found
+
+
+def _shares(record: Record, spectrum: Spectrum) -> list[tuple[Array, Array]]:
+    """What may pass of a record's motion, by frequency in Hz: a band with an edge; Wiener's filter."""
+    n, rate = len(record), record.rate_hz
+    window = np.hanning(n)
+    lines = np.abs(np.fft.rfft((record.velocity_m_s - record.velocity_m_s.mean()) * window)) ** 2
+    lines *= 2.0 / (rate * np.sum(window**2))
+    f = np.asarray(np.fft.rfftfreq(n, 1.0 / rate), dtype=np.float64)
+    noise = _level(f, *spectrum)
+
+    def density(width_hz: float) -> Array:
+        return np.asarray(uniform_filter1d(lines, max(3, round(width_hz * n / rate)), mode="nearest"))
+
+    clear = np.flatnonzero(density(EDGE_WIDTH_HZ) > CLEAR * noise)
+    edge = MARGIN * float(f[clear[-1]]) + EDGE_WIDTH_HZ if clear.size else float(f[-1])
+    band = np.clip((SLOPE * edge - f) / ((SLOPE - 1.0) * edge), 0.0, 1.0)
+    wiener = np.clip(1.0 - noise / np.maximum(density(WIENER_WIDTH_HZ), 1e-300), 0.0, 1.0)
+    return [(f, band), (f, wiener)]
+
+
+def _steadied(record: Record, passed: tuple[Array, Array]) -> Record:
+    return replace(
+        record,
+        velocity_m_s=_filtered(record.velocity_m_s, record.rate_hz, passed),
+        acceleration_m_s2=_filtered(record.acceleration_m_s2, record.rate_hz, passed),
+        passed=passed,
+    )
+
+
+def _filtered(x: Array, rate_hz: float, passed: tuple[Array, Array]) -> Array:
+    """A signal (n) of which a share passes, by frequency; mirrored at its ends so as not to ring."""
+    pad = min(x.size - 1, round(PADDED_S * rate_hz))
+    ends = 2.0 * x[0] - x[pad:0:-1], 2.0 * x[-1] - x[-2 : -pad - 2 : -1]
+    long = np.concatenate([ends[0], x, ends[1]])
+    trend = np.linspace(long[0], long[-1], long.size)
+    share = np.interp(np.fft.rfftfreq(long.size, 1.0 / rate_hz), *passed)
+    smooth = np.fft.irfft(np.fft.rfft(long - trend) * share, long.size) + trend
+    return np.asarray(smooth[pad : pad + x.size], dtype=np.float64)
+
+
+def input_noise(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | None) -> list[Array]:
+    """A drawing of what the velocity's noise makes of the model's force: N at each sample measured.
+
+    spectrum: `noise_spectrum` of the records as they were measured.
+    """
     if spectrum is None:
         return [np.zeros(len(r))[:: r.finer] for r in records]
     rng = np.random.default_rng(SEED)
@@ -39,7 +116,7 @@ def input_noise(fit: JointFit, records: Sequence[Record]) -> list[Array]:
     return [(a - b)[:: r.finer] for a, b, r in zip(moved, plain, records, strict=True)]
 
 
-def _noise_spectrum(records: Sequence[Record]) -> tuple[Array, Array, float] | None:
+def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
     """(band middles in Hz, power density in (m/s)²/Hz, rise below them), of the quieter records."""
     top = HIGHEST_SHARE * min(r.rate_hz / r.finer for r in records)
     if top < 1.2 * LOWEST_HZ:
@@ -66,17 +143,25 @@ def _noise_spectrum(records: Sequence[Record]) -> tuple[Array, Array, float] | N
     return middles, density, float(np.clip(rise, 0.0, STEEPEST))
 
 
-def _drawn(record: Record, middles: Array, density: Array, rise: float, rng: np.random.Generator) -> Array:
-    """Noise of that density, n samples."""
-    n, rate = len(record), record.rate_hz
-    f = np.fft.rfftfreq(n, 1.0 / rate)
+def _level(f: Array, middles: Array, density: Array, rise: float) -> Array:
+    """The noise's density in (m/s)²/Hz at frequencies (n) in Hz; nothing at 0 Hz."""
     level = np.exp(
         np.interp(np.log(np.maximum(f, 1e-6)), np.log(middles), np.log(np.maximum(density, 1e-300)))
     )
     below = f < middles[0]
     level[below] = density[0] * (f[below] / middles[0]) ** rise
     level[0] = 0.0
+    return np.asarray(level, dtype=np.float64)
+
+
+def _drawn(record: Record, middles: Array, density: Array, rise: float, rng: np.random.Generator) -> Array:
+    """Noise of that density, n samples."""
+    n, rate = len(record), record.rate_hz
+    f = np.asarray(np.fft.rfftfreq(n, 1.0 / rate), dtype=np.float64)
+    level = _level(f, middles, density, rise)
     level[f > 0.5 * rate / record.finer] = 0.0
+    if record.passed is not None:
+        level *= np.interp(f, *record.passed) ** 2
     size = np.sqrt(0.5 * level * rate * n)
     phase = rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size)
     return np.asarray(np.fft.irfft(size * phase / np.sqrt(2.0), n), dtype=np.float64)

@@ -188,9 +188,9 @@ def _trial(before: Proof, look: Look, proof: Proof) -> Trial:
 def grown(before: Tangent, look: Look) -> JointFit:
     """A fit with one more effect, base and effects moving together, weights as they are.
 
-    It begins where it costs least: with the base settled around the look, with the base as it was, or with
-    less of the effect. An effect on the motion has a race of all its starting points instead: to make up for
-    it, the filter has gone far from where it belongs.
+    It begins where it costs least: with the base settled around the look, with the base as it was, with less
+    of the effect, or hardly any. An effect on the motion has a race of all its starting points instead: to
+    make up for it, the filter has gone far from where it belongs.
     """
     fit = before.fit
     effect = look.effect
@@ -201,6 +201,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
         np.concatenate([look.settled, own]),
         np.concatenate([fit.theta, own]),
         np.concatenate([fit.theta, 0.7 * neutral + 0.3 * own]),
+        np.concatenate([fit.theta, 0.98 * neutral + 0.02 * own]),
     ]
     fitted = partial(
         model.fit,

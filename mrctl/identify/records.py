@@ -33,6 +33,7 @@ class Record:
     acceleration_m_s2: Array
     finer: int = 1  # samples here for one that was measured
     averaged_s: float = 0.0  # the force is a moving mean over it
+    passed: tuple[Array, Array] | None = None  # frequencies in Hz, and what was left of the motion there
 
     def __len__(self) -> int:
         return self.force_n.size
