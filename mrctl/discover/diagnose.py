@@ -27,6 +27,9 @@ Report = Callable[[float, str], None]
 
 MOST_EFFECTS = 4
 _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
+BETTER_VALLEY = (
+    10.0  # log-likelihood by which a fit without the effect may fall, begun at that of one with it
+)
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0
 LEAST_SHARE = 0.02  # of the mean square that an effect must take off, ...
@@ -128,10 +131,14 @@ def _search(
     for number in range(MOST_EFFECTS + 1):
         rest = [c for c in candidates if c.name not in {t.effect.name for t in found}]
         level = search_level(here, rest, evidence.folds)
+        good = [t for t in level.trials if accepted(t, level.before, len(rest))]
+        if not good and here.fit.total - level.before.fit.total > BETTER_VALLEY:
+            # What was seen beside the worse fit says little: once more from the better one.
+            level = search_level(level.before, rest, evidence.folds)
+            good = [t for t in level.trials if accepted(t, level.before, len(rest))]
         levels.append(level)
         report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
         here = level.before
-        good = [t for t in level.trials if accepted(t, here, len(rest))]
         if not good or number == MOST_EFFECTS:
             break
         best = simplest(good[0], level, good)

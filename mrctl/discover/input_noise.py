@@ -161,7 +161,7 @@ def _drawn(record: Record, middles: Array, density: Array, rise: float, rng: np.
     level = _level(f, middles, density, rise)
     level[f > 0.5 * rate / record.finer] = 0.0
     if record.passed is not None:
-        level *= np.interp(f, *record.passed) ** 2
+        level *= np.interp(f, *record.passed)  # the noise that passed, and the motion that did not (Wiener)
     size = np.sqrt(0.5 * level * rate * n)
     phase = rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size)
     return np.asarray(np.fft.irfft(size * phase / np.sqrt(2.0), n), dtype=np.float64)
