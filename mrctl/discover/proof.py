@@ -22,7 +22,7 @@ from mrctl.identify.penalties import total_weight
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-OPEN = 1e-4  # of a parameter's own information: where the other folds say less, it stays as it is
+OPEN = 1e-2  # of what all folds say of a parameter: where the others say less, it stays as it is
 SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step that overshoots
 
 
@@ -79,7 +79,7 @@ def prove(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Proof:
     whole = matrices.sum(axis=0) + total_weight(fit.penalties)
     lower, upper = model.bounds()
     for fold in range(count):
-        step = _step(whole - matrices[fold], rights[fold], fit)
+        step = _step(whole - matrices[fold], np.diag(whole), rights[fold], fit)
         misses = _moved(fit, step, (lower, upper), where, fold)
         held_out[fold] = sum(float(np.sum(r[own == fold] ** 2)) for r, own in zip(misses, where, strict=True))
         fold_counts[fold] = sum(int(np.count_nonzero(own == fold)) for own in where)
@@ -89,11 +89,11 @@ def prove(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Proof:
     )
 
 
-def _step(rest: Array, right: Array, fit: JointFit) -> Array:
-    """The Newton step away from what one fold says."""
+def _step(rest: Array, whole: Array, right: Array, fit: JointFit) -> Array:
+    """The Newton step away from what one fold says; `whole`: what all folds say of each parameter."""
     free = np.flatnonzero(~fit.solution.held)
     part = rest[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-30))
+    scale = 1.0 / np.sqrt(np.maximum(whole[free], 1e-30))
     scaled = part * np.outer(scale, scale)
     scaled[np.diag_indices_from(scaled)] += OPEN
     step = np.zeros(fit.theta.size)
