@@ -21,10 +21,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `mrctl bench`."""
     parser.add_argument(
         "what",
-        choices=["tick", "lateness", "c-tick", "replay", "lms"],
+        choices=["tick", "lateness", "c-tick", "replay", "model", "lms"],
         help="tick: one control tick against python-can + cantools + numpy; lateness: waking up against "
         "cyclictest; c-tick: the tick against the same compiled in C; replay: a log against python-can's "
-        "reader with cantools; lms: the adaptive filter of `identify --method paper` against padasip's",
+        "reader with cantools; model: a sample of the forward and inverse model against numpy and scipy; "
+        "lms: the adaptive filter of `identify --method paper` against padasip's",
     )
     parser.add_argument(
         "-c", "--config", metavar="FILE", help="configuration (default: four dampers in a car)"
@@ -43,6 +44,7 @@ examples:
   mrctl bench lateness --seconds 60
   mrctl bench c-tick
   mrctl bench replay
+  mrctl bench model
   mrctl bench lms
 """
 
@@ -51,8 +53,8 @@ def run(args: argparse.Namespace) -> int:
     """Measure and print."""
     machine = f"{platform.python_implementation()} {platform.python_version()}, {platform.machine()}"
     result: dict[str, Any] = {"machine": machine}
-    if args.what == "lms":
-        figures, text = _lms()
+    if args.what in {"lms", "model"}:
+        figures, text = _lms() if args.what == "lms" else _model()
     else:
         config = load_config(args.config or share_file("config/vehicle.yaml"))
         result |= {"dampers": len(config.dampers), "rate_hz": config.loop.rate_hz}
@@ -123,6 +125,26 @@ def _replay(config: Config, args: argparse.Namespace) -> tuple[dict[str, Any], s
     figures = {"frames": cost.frames, "seconds": cost.seconds, "cpu_s": cost.cpu_s}
     heads = ["", "a frame, µs", "× real time", "times mrctl replay"]
     return {"replay": figures}, table(heads, rows, title=title)
+
+
+def _model() -> tuple[dict[str, Any], str]:
+    from mrctl.bench.model import measure  # noqa: PLC0415  # numba and scipy, which the loop's sides do not need
+
+    rounds = 5
+    with Progress("turns", rounds) as progress:
+        cost = measure(rounds, progress.advance)
+    rows: list[list[Value | Cell]] = [
+        [name, 1e6 * ours, 1e6 * theirs, 1.0 / ours, theirs / ours]
+        for name, (ours, theirs) in cost.seconds.items()
+    ]
+    heads = ["", "mrctl, µs a sample", "numpy and scipy, µs", "mrctl, samples a second", "times mrctl"]
+    words = f"largest difference of the forward force: {cost.difference_n:.2g} N of {cost.largest_n:.4g} N"
+    text = table(heads, rows, title="one damper; the peers do the formula alone")
+    seconds = {name: {"mrctl": ours, "peer": theirs} for name, (ours, theirs) in cost.seconds.items()}
+    figures = {
+        "seconds_per_sample": seconds, "difference_n": cost.difference_n, "largest_n": cost.largest_n,
+    }  # fmt: skip
+    return {"model": figures}, f"{text}\n{words}"
 
 
 def _lms() -> tuple[dict[str, Any], str]:
