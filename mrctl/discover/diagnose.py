@@ -27,9 +27,7 @@ Report = Callable[[float, str], None]
 
 MOST_EFFECTS = 4
 _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
-BETTER_VALLEY = (
-    10.0  # log-likelihood by which a fit without the effect may fall, begun at that of one with it
-)
+BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0
 LEAST_SHARE = 0.02  # of the mean square that an effect must take off, ...

@@ -99,19 +99,20 @@ class Evidence:
         ]
         return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise)
 
+    def _with(self, measured: list[Record]) -> Evidence:
+        """The same campaign's evidence from other versions of its records."""
+        return self._of(self.campaign, measured, self.floors, self.motion_noise)
+
     def steadied(self, fit: JointFit) -> Evidence:
         """The same, without the motion's noise where a fit shows that it is that; itself where none is."""
         quiet = steadied(fit, self.measured, self.motion_noise)
         if all(a is b for a, b in zip(quiet, self.measured, strict=True)):
             return self
-        return self._of(self.campaign, quiet, self.floors, self.motion_noise)
+        return self._with(quiet)
 
     def timed(self, fit: JointFit) -> Evidence:
         """The same, with the times of the current's steps taken from the force."""
-        return replace(
-            self._of(self.campaign, timed(self.measured, fit), self.floors, self.motion_noise),
-            measured=self.measured,
-        )
+        return replace(self._with(timed(self.measured, fit)), measured=self.measured)
 
     def retimed(self, proof: Proof) -> tuple[Evidence, Proof]:
         """The steps' times taken anew with a model that has been found, and the model fitted to them.
@@ -119,7 +120,7 @@ class Evidence:
         A model without the coil's lag put part of it into the times: so it is fitted to the currents as they
         were measured first.
         """
-        plain = self._of(self.campaign, self.measured, self.floors, self.motion_noise)
+        plain = self._with(self.measured)
         evidence = plain.timed(_fitted_to(plain.records, proof.fit))
         return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
 

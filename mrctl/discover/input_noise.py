@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from mrctl.discover.spectral_floor import periodogram
 from mrctl.identify.joint import JointFit
 from mrctl.identify.records import Record
 
@@ -66,9 +67,7 @@ def steadied(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | None
 def _shares(record: Record, spectrum: Spectrum) -> list[tuple[Array, Array]]:
     """What may pass of a record's motion, by frequency in Hz: a band with an edge; Wiener's filter."""
     n, rate = len(record), record.rate_hz
-    window = np.hanning(n)
-    lines = np.abs(np.fft.rfft((record.velocity_m_s - record.velocity_m_s.mean()) * window)) ** 2
-    lines *= 2.0 / (rate * np.sum(window**2))
+    lines = periodogram(record.velocity_m_s) * (2.0 / rate)
     f = np.asarray(np.fft.rfftfreq(n, 1.0 / rate), dtype=np.float64)
     noise = _level(f, *spectrum)
 
@@ -125,9 +124,7 @@ def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
     each = []
     for r in records:
         n = len(r)
-        window = np.hanning(n)
-        lines = np.abs(np.fft.rfft((r.velocity_m_s - r.velocity_m_s.mean()) * window)) ** 2
-        density = 2.0 * lines / (r.rate_hz * np.sum(window**2))
+        density = periodogram(r.velocity_m_s) * (2.0 / r.rate_hz)
         f = np.fft.rfftfreq(n, 1.0 / r.rate_hz)
         bands = [density[(f >= a) & (f < b)] for a, b in pairwise(edges)]
         if all(b.size for b in bands):

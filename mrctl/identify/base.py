@@ -114,13 +114,12 @@ class Rows:
 class SlopeRows:
     """Derivatives of the force, on their way through the stages, at the rate of slopes.
 
-    The rows of `values` that differ: `level` ones by f, h and their transition, g's, and the filter's.
+    The rows of `values` that differ: those by f, h and their transition, g's, and the filter's.
     """
 
     values: Array  # (rows, n // inner)
     index: NDArray[np.intp]  # of the layout, `shared` more than there are rows
     shared: int  # increments of f below the first one in use: they act as it does
-    level: int
     static: Array  # the part of `values` that goes through the filter
 
     def add_filter(self, t: Tables, rate_hz: float, u: Array, y: Array, starts: Ints) -> None:
@@ -172,7 +171,6 @@ def slope_rows(
         values,
         np.concatenate([lower, index, position[first + kept] + parts["g"].start, filters]),
         shared,
-        index.size,
         values[:count],
     )
 

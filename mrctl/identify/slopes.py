@@ -66,7 +66,8 @@ def linearise(
     if bends:
         slopes.static[:] += beside
     slopes.add_filter(t, rate, here.yielded_n, here.filtered_n, run.starts)
-    if settings[Stage.LIMIT] or settings[Stage.OUTPUT]:
+    by_differences = settings[Stage.MOTION] and not bends
+    if (settings[Stage.LIMIT] or settings[Stage.OUTPUT]) and not by_differences:
 
         def after(force: Array, _: Array) -> Array:
             limited = stages.limited(settings[Stage.LIMIT], force, v, x, dt, starts)
@@ -76,7 +77,7 @@ def linearise(
         slopes.values[:] = _pushed(slopes.values, np.zeros((0, 0)), total, total, after)
     rows = slopes.averaged(factor // inner, effects.size)
     own = rows.index.size
-    if settings[Stage.MOTION] and not bends:
+    if by_differences:
         rows.values[:own] = dampers.differences(
             run, np.concatenate([layout.pack(t), theta]), rows.index,
             lambda: _differences(run, layout, t, settings, here, factor, rows.index),

@@ -187,7 +187,7 @@ class Car:
         sent = [(name, self._frame(name, own)) for name, own in values.items()]
         self.sent.append(sent)
         if part and part[0].spoil:
-            sent = part[0].spoil(self, n + 1, list(sent))  # type: ignore[arg-type]  # all that it asks for
+            sent = part[0].spoil(self, n + 1, list(sent))
         return [frame for _, frame in sent]
 
     def _frame(self, name: str, values: list[float]) -> Frame:
