@@ -8,7 +8,7 @@ damper has had each.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -195,8 +195,8 @@ class Car:
         return self.specs[name].linux_id, self._encode[name](values, self._counter[name])
 
 
-def recording() -> str:
-    """The whole drive as canplayer reads it."""
+def recording(numbers: Iterable[int]) -> str:
+    """A drive through these of PARTS, as canplayer reads it."""
     car, lines = Car(), []
 
     def drive(seconds: float, part: tuple[FrameFault, ...] | None = None) -> None:
@@ -211,7 +211,8 @@ def recording() -> str:
         return f"({1_000_000_000 + seconds}.{rest:06d}) vcan0 {plain}#{payload}"
 
     drive(SETTLE_S)
-    for number, part in enumerate(PARTS):
+    for number in numbers:
+        part = PARTS[number]
         for can_id, seconds, of in (
             (BEGIN_ID, max(fault.seconds for fault in part), part),
             (END_ID, GOOD_S * (2 if any(fault.frame == TEMPERATURE for fault in part) else 1), None),

@@ -15,7 +15,19 @@ from typing import Any
 import buslog
 import pytest
 from bed import Bed, Result
-from frame_faults import BEGIN_ID, END_ID, FRAMES, PARTS, RATE_HZ, SIGNALS, FrameFault, recording
+from frame_faults import (
+    BEGIN_ID,
+    BODY,
+    END_ID,
+    FRAMES,
+    PARTS,
+    RATE_HZ,
+    SIGNALS,
+    TIMEOUT_MS,
+    VELOCITY,
+    FrameFault,
+    recording,
+)
 from vehicle import CONFIG, DAMPERS, guest_files, violations
 
 pytestmark = pytest.mark.testbed
@@ -39,24 +51,17 @@ CASES = [(number, k) for number in range(len(PARTS)) for k in range(4)]
 NAMES = [f"{PARTS[number][k]}-{DAMPERS[k]}" for number, k in CASES]
 
 
-@pytest.fixture(scope="module")
-def drive(bus: Bed) -> Result:
-    files = guest_files(SIGNALS, FRAMES) | {"car.log": recording()}
-    return bus.run(SCRIPT, files=files, timeout_s=400).checked()
-
-
-@pytest.fixture(scope="module")
-def log(drive: Result) -> list[dict[str, Any]]:
-    """What the daemon said, each line with the time in s on the recording's clock."""
-    lines = [json.loads(line) for line in drive.read("daemon.log").splitlines()]
-    return [line | {"time_s": datetime.fromisoformat(line["timestamp"]).timestamp()} for line in lines]
+DRIVES = 4
+HELD_UP_S = min(TIMEOUT_MS.values()) / 1000.0 - 0.1
 
 
 @dataclass(frozen=True)
 class Part:
     """What came of one part's faults: times in s, (time, state of each damper) from its begin to the next.
 
-    held_up_s: for how long, at most, the guest kept the controller from its work; it is late by as much.
+    held_up_s: for how long, at most, the guest kept car or controller from their work; states come late by as
+    much.
+    log: what the daemon said in the whole drive, each line with the time in s on the recording's clock.
     """
 
     begin_s: float
@@ -64,30 +69,59 @@ class Part:
     over_s: float
     states: list[tuple[float, list[str]]]
     held_up_s: float
+    log: list[dict[str, Any]]
 
 
 @pytest.fixture(scope="module")
-def parts(drive: Result) -> list[Part]:
+def outcome(bus: Bed) -> tuple[list[Result], dict[int, Part]]:
+    """The drives, and of each of PARTS what came of it.
+
+    A guest that stands still for as long as a time-out makes a loss of frames of any other fault; the parts
+    that it did this to are driven again.
+    """
+    drives: list[Result] = []
+    parts: dict[int, Part] = {}
+    left = list(range(len(PARTS)))
+    while left and len(drives) < DRIVES:
+        files = guest_files(SIGNALS, FRAMES) | {"car.log": recording(left)}
+        drives.append(bus.run(SCRIPT, files=files, timeout_s=400).checked())
+        parts |= zip(left, parts_of(drives[-1], len(left)), strict=True)
+        left = [number for number in left if parts[number].held_up_s > HELD_UP_S]
+    return drives, parts
+
+
+def parts_of(drive: Result, count: int) -> list[Part]:
     frames = buslog.read(drive.read("bus.log"))
     at = {
         name: [f.time_s for f in frames if f.can_id == name and not f.extended] for name in (BEGIN_ID, END_ID)
     }
-    assert len(at[BEGIN_ID]) == len(at[END_ID]) == len(PARTS)
+    assert len(at[BEGIN_ID]) == len(at[END_ID]) == count
+    log = [json.loads(line) for line in drive.read("daemon.log").splitlines()]
+    log = [line | {"time_s": datetime.fromisoformat(line["timestamp"]).timestamp()} for line in log]
     told = [(f.time_s, buslog.states(f)) for f in buslog.named(frames, "ControllerState")]
-    commands = [f.time_s for f in buslog.named(frames, "CurrentCommand")]
+    # In each part the car goes on with at least one of the two.
+    of_car = {buslog.dbc().get_message_by_name(name).frame_id for name in (VELOCITY, BODY)}
+    works = [
+        [f.time_s for f in buslog.named(frames, "CurrentCommand")],
+        [f.time_s for f in frames if f.can_id in of_car],
+    ]
     last_car_s = buslog.named(frames, "RelativeVelocity")[-1].time_s
     out = []
     for begin_s, end_s, over_s in zip(at[BEGIN_ID], at[END_ID], [*at[BEGIN_ID][1:], last_car_s], strict=True):
-        gaps = [b - a for a, b in pairwise(commands) if begin_s - 0.1 <= a and b <= over_s + 0.1]
+        gaps = [
+            b - a for work in works for a, b in pairwise(work) if begin_s - 0.1 <= a and b <= over_s + 0.1
+        ]
         states = [(time_s, own) for time_s, own in told if begin_s <= time_s <= over_s]
-        out.append(Part(begin_s, end_s, over_s, states, max(gaps) - CYCLE_S))
+        out.append(Part(begin_s, end_s, over_s, states, max(gaps) - CYCLE_S, log))
     return out
 
 
 @pytest.fixture(params=CASES, ids=NAMES)
-def case(request: pytest.FixtureRequest, parts: list[Part]) -> tuple[FrameFault, int, Part]:
+def case(
+    request: pytest.FixtureRequest, outcome: tuple[list[Result], dict[int, Part]]
+) -> tuple[FrameFault, int, Part]:
     number, k = request.param
-    return PARTS[number][k], k, parts[number]
+    return PARTS[number][k], k, outcome[1][number]
 
 
 def test_every_damper_has_every_fault() -> None:
@@ -114,28 +148,31 @@ def test_the_defined_state_is_reached_within_the_time_out_and_left_unaided(
     assert course[-1][1] == "ACTIVE"
 
 
-def test_the_log_names_the_cause(case: tuple[FrameFault, int, Part], log: list[dict[str, Any]]) -> None:
+def test_the_log_names_the_cause(case: tuple[FrameFault, int, Part]) -> None:
     fault, k, part = case
-    lines = [line for line in log if part.begin_s <= line["time_s"] <= part.over_s]
+    lines = [line for line in part.log if part.begin_s <= line["time_s"] <= part.over_s]
     causes = [
         line["cause"]
         for line in lines
         if line["event"] == "state" and line["after"] == "SUBSTITUTE" and DAMPERS[k] in line["dampers"]
     ]
     if fault.cause:
-        assert causes[0] == fault.cause
+        undisturbed = part.held_up_s <= HELD_UP_S
+        assert causes[0] == fault.cause or (not undisturbed and causes[0].endswith("_MISSING"))
     if fault.counted:  # said once a second
         late_s = part.end_s + 1.5 + part.held_up_s
-        said = [line for line in log if part.begin_s <= line["time_s"] <= late_s]
+        said = [line for line in part.log if part.begin_s <= line["time_s"] <= late_s]
         assert any(line.get(fault.counted) for line in said if line["event"] == "rejected frames")
 
 
-def test_the_independent_judge_finds_nothing(drive: Result) -> None:
-    assert not violations(drive)
+def test_the_independent_judge_finds_nothing(outcome: tuple[list[Result], dict[int, Part]]) -> None:
+    for drive in outcome[0]:
+        assert not violations(drive)
 
 
 def test_the_end_is_clean_and_nothing_but_lines_of_the_log_was_said(
-    drive: Result, log: list[dict[str, Any]]
+    outcome: tuple[list[Result], dict[int, Part]],
 ) -> None:
-    assert drive.read("daemon.status") == "0\n"
-    assert log[-1]["event"] == "stopped"
+    drives, parts = outcome
+    assert all(drive.read("daemon.status") == "0\n" for drive in drives)
+    assert all(part.log[-1]["event"] == "stopped" for part in parts.values())
