@@ -40,6 +40,7 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         values,
         free,
         lambda share, what: report(0.6 + 0.4 * share, what),
+        found.evidence,
     )
     verdict = "none" if found.verdict == "found" else found.verdict
     words = {

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,21 +88,26 @@ class Evidence:
         measured: list[Record],
         floors: list[NoiseFloor],
         motion_noise: Spectrum | None,
+        timing: Callable[[list[Record]], list[Record]] = list,
     ) -> Evidence:
         share = SEARCHED_SAMPLES / (_seconds(measured) * WEIGHING_RATE_HZ)
         fewer = _seconds([_shortened(r, f, share) for r, f in zip(measured, floors, strict=True)])
         by = 0.5 if fewer > LONG_S else 1.0
         slowest, fastest = by * SLOWEST_HZ, by * FASTEST_HZ
-        full = [r if r.rate_hz >= slowest else r.refined(int(np.ceil(slowest / r.rate_hz))) for r in measured]
+        full = timing(
+            [r if r.rate_hz >= slowest else r.refined(int(np.ceil(slowest / r.rate_hz))) for r in measured]
+        )
         records = [
             _shortened(r, f, share).decimated(int(r.rate_hz / fastest))
             for r, f in zip(full, floors, strict=True)
         ]
         return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise)
 
-    def _with(self, measured: list[Record]) -> Evidence:
+    def _with(
+        self, measured: list[Record], timing: Callable[[list[Record]], list[Record]] = list
+    ) -> Evidence:
         """The same campaign's evidence from other versions of its records."""
-        return self._of(self.campaign, measured, self.floors, self.motion_noise)
+        return self._of(self.campaign, measured, self.floors, self.motion_noise, timing)
 
     def steadied(self, fit: JointFit) -> Evidence:
         """The same, without the motion's noise where a fit shows that it is that; itself where none is."""
@@ -112,7 +118,7 @@ class Evidence:
 
     def timed(self, fit: JointFit) -> Evidence:
         """The same, with the times of the current's steps taken from the force."""
-        return replace(self._with(timed(self.measured, fit)), measured=self.measured)
+        return self._with(self.measured, partial(timed, fit=fit))
 
     def retimed(self, proof: Proof) -> tuple[Evidence, Proof]:
         """The steps' times taken anew with a model that has been found, and the model fitted to them.

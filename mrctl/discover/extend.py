@@ -52,16 +52,18 @@ def extend(
     values: Mapping[str, Vector] | None = None,
     free: Mapping[str, Sequence[bool]] | None = None,
     report: Report = lambda _share, _what: None,
+    evidence: Evidence | None = None,
 ) -> Extension:
-    """Fit base, known and added effects; the error before and after each on runs left out.
+    """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
-    values: where effects begin, SI. Raises InputError for a campaign without a usable run, ValueError where
-    the filter found cannot be carried to the loop's rates.
+    values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it; without
+    one it is made here. Raises InputError for a campaign without a usable run, ValueError where the filter
+    found cannot be carried to the loop's rates.
     """
-    evidence = Evidence.of(campaign)
-    records = thinned(evidence.full)
-    parts = split(campaign, records)
     given = dict(values or {})
+    measured = Evidence.of(campaign)
+    records = thinned((evidence or _ready(measured, (*known, *added), given)).full)
+    parts = split(campaign, thinned(measured.full), records)
     steps = []
     fit: JointFit | None = None
     first: JointFit | None = None
@@ -85,6 +87,16 @@ def extend(
         parts.names,
         parts.noise_floor_n,
     )
+
+
+def _ready(evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Vector]) -> Evidence:
+    """The campaign without the noise of its motion, its steps timed, as a model with all effects sees it."""
+    base = evidence.base()
+    fit = base.fit
+    for effect in chosen:
+        fit = grown_by(fit, effect, values.get(effect.name))
+    evidence = evidence.steadied(fit)
+    return evidence.timed(fit)
 
 
 def _proven(

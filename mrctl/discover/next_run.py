@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from mrctl.identify.base import averaged
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit, JointModel
 from mrctl.identify.penalties import total_weight
@@ -109,15 +108,15 @@ class _Alternative:
         self._move = np.flatnonzero(~frozen)
         size = self._model.size
         matrix, right, square = np.zeros((size, size)), np.zeros(size), 0.0
-        for weight, target, (_, rows), start in zip(
+        for record, weight, target, (_, rows), start in zip(
+            self._model.records,
             self._model.weights,
             self._model.predict(self._truth),
             self._model.jacobians(self._theta),
             self._model.predict(self._theta),
             strict=True,
         ):
-            factor = max(1, target.size // max(rows.values.shape[1], 1))
-            gap = averaged(target - start, factor)[-rows.values.shape[1] :]
+            gap = self._model.weighed(record, target - start)[-rows.values.shape[1] :]
             matrix[np.ix_(rows.index, rows.index)] += weight * (rows.values @ rows.values.T)
             right[rows.index] += weight * (rows.values @ gap)
             square += weight * float(gap @ gap)
@@ -130,7 +129,7 @@ class _Alternative:
         model = self._model.on([record])
         truth, start = model.predict(self._truth)[0], model.predict(self._theta)[0]
         _, rows = next(iter(model.jacobians(self._theta)))
-        gap = (truth - start)[-rows.values.shape[1] :]
+        gap = model.weighed(record, truth - start)[-rows.values.shape[1] :]
         matrix, right = self._matrix.copy(), self._right.copy()
         matrix[np.ix_(rows.index, rows.index)] += self._weight * (rows.values @ rows.values.T)
         right[rows.index] += self._weight * (rows.values @ gap)
@@ -186,6 +185,9 @@ def _proposals(model: JointModel) -> list[tuple[float, float, str, Record]]:
                         force_n=np.zeros(t.size),
                         displacement_m=x,
                         acceleration_m_s2=np.gradient(v, 1.0 / RATE_HZ),
+                        finer=1,
+                        averaged_s=0.0,
+                        passed=None,
                     ),
                 )
             )

@@ -47,8 +47,13 @@ def thinned(records: Sequence[Record]) -> list[Record]:
     return [r.decimated(max(1, int(r.rate_hz / FITTED_HZ))) for r in records]
 
 
-def split(campaign: Campaign, records: Sequence[Record]) -> Split:
-    """Every fourth run whose conditions others cover; where there is none, the last quarter of every run."""
+def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record] | None = None) -> Split:
+    """Every fourth run whose conditions others cover; where there is none, the last quarter of every run.
+
+    records: as they were measured, of which the held-out ones are. ready: the same for the fit, without what
+    is known to be the motion's noise or the sampling of a step.
+    """
+    ready = records if ready is None else ready
     chosen: list[int] = []
     spare = [n for n, r in enumerate(records) if covered(r, [o for m, o in enumerate(records) if m != n])]
     for n in spare[1 :: max(1, len(spare) * HELD_OUT_SHARE // max(len(records), 1))]:
@@ -59,13 +64,14 @@ def split(campaign: Campaign, records: Sequence[Record]) -> Split:
         held = [records[n] for n in chosen]
         runs = [campaign.runs[r.run] for r in held]
         floor = pooled_floor([noise_floor(run) for run in runs], [len(run) for run in runs])
-        rest = [r for n, r in enumerate(records) if n not in chosen]
+        rest = [r for n, r in enumerate(ready) if n not in chosen]
         return Split(rest, held, tuple(run.name for run in runs), floor)
     runs = [campaign.runs[r.run] for r in records]
     floor = pooled_floor([noise_floor(run) for run in runs], [len(run) for run in runs])
-    cut = [len(r) - len(r) // HELD_OUT_SHARE for r in records]
+    # Cut where a sample was measured.
+    cut = [(len(r) - len(r) // HELD_OUT_SHARE) // r.finer * r.finer for r in records]
     return Split(
-        [part(r, 0, at) for r, at in zip(records, cut, strict=True)],
+        [part(r, 0, at) for r, at in zip(ready, cut, strict=True)],
         [part(r, at, len(r)) for r, at in zip(records, cut, strict=True)],
         tuple(f"{run.name} (last quarter)" for run in runs),
         floor,

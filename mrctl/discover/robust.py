@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify import base
 from mrctl.identify.batch import Batch
 from mrctl.identify.joint import JointFit, JointModel
 
@@ -60,9 +59,7 @@ def _falling_weights(fit: JointFit) -> JointFit:
     """Cauchy weights, their scale falling with the median error."""
     model, theta = fit.model, fit.theta
     for _ in range(ROUNDS):
-        errors = [
-            base.averaged(e, model.factor(r)) for e, r in zip(model.errors(theta), model.records, strict=True)
-        ]
+        errors = [model.weighed(r, e) for e, r in zip(model.errors(theta), model.records, strict=True)]
         width = WIDTH * _scale(np.concatenate(errors))
         theta = _fitted(fit, theta, [1.0 / np.sqrt(1.0 + (e / width) ** 2) for e in errors])
     return _plain(fit, theta)
@@ -83,8 +80,7 @@ def _below(fit: JointFit, limit: float) -> JointFit:
     """Without the samples near the limit."""
     model = fit.model
     trust = [
-        (base.averaged(r.force_n, model.factor(r)) > -(1.0 - MARGIN) * limit).astype(np.float64)
-        for r in model.records
+        (model.weighed(r, r.force_n) > -(1.0 - MARGIN) * limit).astype(np.float64) for r in model.records
     ]
     theta = fit.theta
     for _ in range(2):

@@ -27,32 +27,38 @@ ALONE_S = 0.05  # without another step: what one did to the force is over by the
 TRIED = 0.25  # of an interval: the shift by which the slope is taken
 SPREAD = 12.0**-0.5  # of a time that is uniform over one interval
 MOST = 0.5  # of an interval, to either side
+PASSES = 2
 
 
 def timed(records: Sequence[Record], fit: JointFit) -> list[Record]:
-    """The records, with the sample before each step moved so that the current's integral is right.
+    """The records with each step where the force says that it was, at whatever rate they are refined to.
 
-    records: as measured. fit: a model of them, at whatever rate it was fitted.
+    records: with the current as it was measured. fit: a model of them, at whatever rate it was fitted.
     """
     low = min(float(r.current_a.min()) for r in records)
     least = LEAST_STEP * (max(float(r.current_a.max()) for r in records) - low)
     places = [lone_steps(r, least) if least > 0.0 else np.zeros(0, dtype=np.intp) for r in records]
     if not any(p.size for p in places):
         return list(records)
-    tried = [_shifted(r, at, np.full(at.size, TRIED)) for r, at in zip(records, places, strict=True)]
-    plain = fit.model.on(records).errors(fit.theta)
-    moved = fit.model.on(tried).errors(fit.theta)
-    return [
-        _shifted(r, at, _shares(r, at, error, (error - other) / TRIED))
-        for r, at, error, other in zip(records, places, plain, moved, strict=True)
-    ]
+    shares = [np.zeros(p.size) for p in places]
+    for _ in range(PASSES):
+        here = _placed(records, places, shares)
+        # Towards the middle, so that the trial stays within the interval.
+        by = [np.where(s > 0.0, -TRIED, TRIED) for s in shares]
+        there = _placed(records, places, [s + d for s, d in zip(shares, by, strict=True)])
+        errors, others = fit.model.on(here).errors(fit.theta), fit.model.on(there).errors(fit.theta)
+        shares = [
+            _shares(r, at, (e - other)[:: r.finer], e[:: r.finer], s, d)
+            for r, at, e, other, s, d in zip(records, places, errors, others, shares, by, strict=True)
+        ]
+    return _placed(records, places, shares)
 
 
 def lone_steps(record: Record, least_a: float) -> Ints:
-    """The last samples before steps of at least this size with no other change near."""
-    jumps = np.abs(np.diff(record.current_a))
+    """The last measured samples before steps of at least this size with no other change near."""
+    jumps = np.abs(np.diff(record.current_a[:: record.finer]))
     at = np.flatnonzero(jumps >= least_a)
-    span = max(1, round(ALONE_S * record.rate_hz))
+    span = max(1, round(ALONE_S * record.rate_hz / record.finer))
     kept = []
     for k in at:
         beside = np.concatenate([jumps[max(0, k - span) : k], jumps[k + 1 : k + 1 + span]])
@@ -61,20 +67,41 @@ def lone_steps(record: Record, least_a: float) -> Ints:
     return np.array(kept, dtype=np.intp)
 
 
-def _shares(record: Record, at: Ints, error: Array, slope: Array) -> Array:
-    """How much earlier than the middle of its interval each step is, in intervals, within a half."""
-    span = max(1, round(ALONE_S * record.rate_hz))
+def _shares(record: Record, at: Ints, change: Array, error: Array, shares: Array, tried: Array) -> Array:
+    """How much earlier than the middle of its interval each step is, in intervals, within a half.
+
+    change (n): what a trial, earlier by `tried`, takes off the error (n) that the shares so far leave.
+    """
+    rate = record.rate_hz / record.finer
+    span = max(1, round(ALONE_S * rate))
     noise = (1.4826 * float(np.median(np.abs(error)))) ** 2 * correlation_inflation(error)
-    shares = np.zeros(at.size)
+    out = np.zeros(at.size)
     for n, k in enumerate(at):
         near = slice(max(0, k - 1), k + span)
-        push, size = float(slope[near] @ error[near]), float(slope[near] @ slope[near])
+        slope = change[near] / tried[n]
+        push, size = float(slope @ error[near]), float(slope @ slope)
         if size > 0.0:
-            shares[n] = push / (size + noise / SPREAD**2)
-    return np.clip(shares, -MOST, MOST)
+            out[n] = (push + size * shares[n]) / (size + noise / SPREAD**2)
+    return np.clip(out, -MOST, MOST)
 
 
-def _shifted(record: Record, at: Ints, shares: Array) -> Record:
-    current = record.current_a.copy()
-    current[at] += shares * (record.current_a[at + 1] - record.current_a[at])
+def _placed(records: Sequence[Record], places: Sequence[Ints], shares: Sequence[Array]) -> list[Record]:
+    return [_stepped(r, at, s) for r, at, s in zip(records, places, shares, strict=True)]
+
+
+def _stepped(record: Record, at: Ints, shares: Array) -> Record:
+    """The record with its steps at these times, one sample of each moved so that the integral is right."""
+    current, n = record.current_a.copy(), record.finer
+    for k, share in zip(at, shares, strict=True):
+        first, last = k * n, (k + 1) * n
+        old, new = current[first], current[last]
+        place = n * (0.5 - share)
+        whole = min(int(place), n - 1)
+        rest = place - whole - 0.5  # later than the middle of its fine interval
+        before = first + whole
+        current[first : before + 1], current[before + 1 : last + 1] = old, new
+        if rest < 0.0:
+            current[before] -= rest * (new - old)
+        else:
+            current[before + 1] -= rest * (new - old)
     return replace(record, current_a=current)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.folds import labels
-from mrctl.identify.base import averaged
 from mrctl.identify.joint import JointFit
 from mrctl.identify.records import Record
 
@@ -84,8 +83,8 @@ def structure_of(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Structure:
         factor, skip = model.factor(record), model.settle_blocks(theta, record)
         raw = _signals(record, force)
         chosen = slice(skip, None, stride)
-        residuals.append(averaged(error, factor)[chosen])
-        signals.append({name: averaged(x, factor)[chosen] for name, x in raw.items()})
+        residuals.append(model.weighed(record, error)[chosen])
+        signals.append({name: model.weighed(record, x)[chosen] for name, x in raw.items()})
         where.append(labels(own, record.force_n.size // factor)[chosen])
     rest, fold = np.concatenate(residuals), np.concatenate(where)
     pooled = {name: np.concatenate([s[name] for s in signals]) for name in UNITS}

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from mrctl.identify.base import averaged
 from mrctl.identify.joint import JointFit
 from mrctl.identify.penalties import total_weight
 
@@ -74,7 +73,7 @@ class Tangent:
         """Forces of each record in N, every sample, as one vector (n) in units of the noise."""
         model = self.fit.model
         parts = [
-            np.sqrt(w) * averaged(f, model.factor(r))[skip:]
+            np.sqrt(w) * model.weighed(r, f)[skip:]
             for w, f, r, skip in zip(model.weights, forces, model.records, self.skips, strict=True)
         ]
         return np.concatenate(parts)

@@ -90,6 +90,11 @@ def force(inputs: Inputs, t: Tables) -> Array:
     return hysteresis.filtered(b, a, backbone(inputs, t).force_n, inputs.starts)
 
 
+def in_blocks(x: Array, factor: int, *, picked: bool) -> Array:
+    """Of samples (..., n) what is weighed: n // factor means, or if `picked` the first of each block."""
+    return x[..., : (x.shape[-1] // factor) * factor : factor] if picked else averaged(x, factor)
+
+
 def averaged(x: Array, factor: int) -> Array:
     """Means over `factor` samples along the last axis; a rest that fills no block is left out."""
     if factor == 1:
@@ -131,10 +136,10 @@ class SlopeRows:
         rows = hysteresis.sensitivities(t.filter, rate_hz, u, y, starts)
         self.values[self.static.shape[0] :] = averaged(rows, u.size // self.values.shape[1])
 
-    def averaged(self, by: int, room: int = 0) -> Rows:
-        """All rows as means over `by` samples of theirs, in a matrix with room for more rows."""
+    def in_blocks(self, by: int, room: int = 0, *, picked: bool) -> Rows:
+        """All rows, of each `by` samples what is weighed, in a matrix with room for more rows."""
         out = np.empty((self.index.size + room, self.values.shape[1] // by))
-        out[self.shared : self.index.size] = averaged(self.values, by)
+        out[self.shared : self.index.size] = in_blocks(self.values, by, picked=picked)
         out[: self.shared] = out[self.shared]
         return Rows(out, self.index)
 
@@ -215,17 +220,19 @@ def _h_rows(
             yield hats * table[first + kept, None], position[first + kept] + layout.parts[name].start
 
 
-def linearise(inputs: Inputs, layout: Layout, t: Tables, factor: int = 1) -> tuple[Array, Rows]:
-    """Force (n), and its derivatives as averages over `factor` samples.
+def linearise(
+    inputs: Inputs, layout: Layout, t: Tables, factor: int = 1, *, picked: bool = False
+) -> tuple[Array, Rows]:
+    """Force (n), and its derivatives as averages over `factor` samples, or `picked` (`in_blocks`).
 
     The force is exact at every sample. Averaging slopes costs nothing where the force itself has little
     above the coarser rate, and saves most of the time.
     """
     u = backbone(inputs, t).force_n
     y = hysteresis.filtered(*hysteresis.discretise(t.filter, inputs.rate_hz), u, inputs.starts)
-    inner = inner_factor(inputs.rate_hz, factor)
+    inner = 1 if picked else inner_factor(inputs.rate_hz, factor)
     rows = slope_rows(inputs, layout, t, inner)
     coarse = hysteresis.discretise(t.filter, inputs.rate_hz / inner)
     hysteresis.filter_rows(*coarse, rows.static, inputs.starts // inner)
     rows.add_filter(t, inputs.rate_hz, u, y, inputs.starts)
-    return y, rows.averaged(factor // inner)
+    return y, rows.in_blocks(factor // inner, picked=picked)

@@ -39,11 +39,12 @@ class Batch:
     run: Run
     force_n: Array
     inputs: base.Inputs = field(repr=False)
+    picked: bool = False  # only the first sample of a block was measured
     averaged: tuple[float, ...] = ()  # samples over which each record's force is a mean; none: as sampled
 
     @classmethod
     def of(cls, layout: Layout, numbers: Sequence[int], records: Sequence[Record], factor: int) -> Batch:
-        """Records of one rate."""
+        """Records of one rate, measured at one rate."""
         run = Run.joined([_run(r, factor) for r in records])
         return cls(
             tuple(numbers),
@@ -54,6 +55,7 @@ class Batch:
             base.Inputs.of(
                 layout, records[0].rate_hz, run.velocity_m_s, run.current_a, run.temperature_c, run.starts
             ),
+            records[0].finer > 1,
             tuple(r.averaged_s * r.rate_hz for r in records) if any(r.averaged_s for r in records) else (),
         )
 
@@ -71,6 +73,10 @@ class Batch:
             [smoothed(part, n / factor) for part, n in zip(parts, self.averaged, strict=True)], axis=-1
         )
 
+    def weighed(self, x: Array) -> Array:
+        """What is weighed of samples (..., n): one value a block."""
+        return base.in_blocks(x, self.factor, picked=self.picked)
+
     def samples(self, x: Array) -> list[Array]:
         """Each record's part of an array over all samples."""
         return [x[a : a + n] for a, n in zip(self.run.starts, self.sizes, strict=False)]
@@ -83,8 +89,8 @@ class Batch:
 def batches(layout: Layout, records: Sequence[Record], factor: Callable[[Record], int]) -> list[Batch]:
     """Records of the same rate together, in their order, in batches of about the same size."""
     found: list[Batch] = []
-    for rate in dict.fromkeys(r.rate_hz for r in records):
-        numbers = [k for k, r in enumerate(records) if r.rate_hz == rate]
+    for rates in dict.fromkeys((r.rate_hz, r.finer) for r in records):
+        numbers = [k for k, r in enumerate(records) if (r.rate_hz, r.finer) == rates]
         by = factor(records[numbers[0]])
         ends = np.cumsum([len(records[k]) // by for k in numbers])
         # An even number, whatever the machine, so that two processors have as much to do.

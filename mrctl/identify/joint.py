@@ -110,8 +110,12 @@ class JointModel:
         return np.concatenate([neutral(self.layout), self.effects.pack(values)])
 
     def factor(self, record: Record) -> int:
-        """Samples of a record that are averaged before they are weighed."""
-        return max(1, int(record.rate_hz / WEIGHING_RATE_HZ))
+        """Samples of a record for one that is weighed: their mean, or of a refined record the first."""
+        return record.finer if record.finer > 1 else max(1, int(record.rate_hz / WEIGHING_RATE_HZ))
+
+    def weighed(self, record: Record, x: Array) -> Array:
+        """What is weighed of a record's samples (..., n): (..., n // factor)."""
+        return base.in_blocks(x, self.factor(record), picked=record.finer > 1)
 
     def settle_blocks(self, theta: Array, record: Record) -> int:
         """Averages at the start of a record that its unknown past may still move."""
@@ -156,19 +160,20 @@ class JointModel:
     def residuals(self, theta: Array) -> list[Array]:
         """The errors at the weighing rate, a start of unknown past left out."""
         return [
-            base.averaged(e, self.factor(r))[self.settle_blocks(theta, r) :]
+            self.weighed(r, e)[self.settle_blocks(theta, r) :]
             for r, e in zip(self.records, self.errors(theta), strict=True)
         ]
 
     def rmse_n(self, theta: Array) -> float:
-        """Pooled RMS error in N over every sample: on held-out records, the proof."""
-        return float(np.sqrt(np.mean(np.concatenate(self.errors(theta)) ** 2)))
+        """Pooled RMS error in N over every sample measured: on held-out records, the proof."""
+        errors = [e[:: r.finer] for r, e in zip(self.records, self.errors(theta), strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
     def cost(self, theta: Array) -> float:
         """Half the weighted square sum."""
         total = 0.0
         for batch, force in zip(self.batches, self._forces(theta), strict=True):
-            rest = base.averaged(batch.force_n - force, batch.factor) * self.block_weights(batch, theta)
+            rest = batch.weighed(batch.force_n - force) * self.block_weights(batch, theta)
             total += 0.5 * float(rest @ rest)
         return total
 
@@ -185,13 +190,21 @@ class JointModel:
         if self.effects.size:
             at = theta[self.layout.size :]
             trace, rows = slopes.linearise(
-                batch.run, dampers, self.effects, at, batch.factor, self._traces[number]
+                batch.run,
+                dampers,
+                self.effects,
+                at,
+                batch.factor,
+                self._traces[number],
+                picked=batch.picked,
             )
             self._traces[number] = trace
             force = trace.force_n
         else:
-            force, rows = base.linearise(batch.inputs, self.layout, dampers.tables, batch.factor)
-        rest = base.averaged(batch.force_n - batch.as_stored(force), batch.factor)
+            force, rows = base.linearise(
+                batch.inputs, self.layout, dampers.tables, batch.factor, picked=batch.picked
+            )
+        rest = batch.weighed(batch.force_n - batch.as_stored(force))
         return rest, replace(rows, values=batch.as_stored(rows.values, batch.factor))
 
     def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:

@@ -17,6 +17,7 @@ from mrctl.identify import base, hysteresis
 from mrctl.identify.effects_fit import Dampers, Effects
 from mrctl.identify.layout import Layout, Tables
 from mrctl.model.effects.base import Settings, Stage
+from mrctl.model.filters import plain_lag
 from mrctl.model.static import StaticTables
 from mrctl.simulate import Run, Trace, stages
 
@@ -29,9 +30,16 @@ STROKE_STEP_M = 1e-6
 
 
 def linearise(
-    run: Run, dampers: Dampers, effects: Effects, theta: Array, factor: int, like: Trace | None
+    run: Run,
+    dampers: Dampers,
+    effects: Effects,
+    theta: Array,
+    factor: int,
+    like: Trace | None,
+    *,
+    picked: bool = False,
 ) -> tuple[Trace, base.Rows]:
-    """The run's trace, and the force's slopes by all parameters, averaged over `factor` samples."""
+    """The run's trace, and the force's slopes by all parameters, of each `factor` samples what is weighed."""
     layout, t = dampers.layout, dampers.tables
     settings = effects.settings(theta)
     here = dampers.traced(run, settings, like)
@@ -40,7 +48,7 @@ def linearise(
     gain = np.ones(run.size)
     for by in here.factors.values():
         gain = gain * by
-    inner = base.inner_factor(rate, factor)
+    inner = 1 if picked else base.inner_factor(rate, factor)
     slopes = base.slope_rows(inputs, layout, t, inner, gain)
     dt, starts = inner * run.dt_s, run.starts // inner
 
@@ -59,13 +67,17 @@ def linearise(
         )
     bends = _gives_way(settings)
     if bends:
-        bare = base.slope_rows(inputs, layout, t)
-        by_motion = Motion.of(dampers.static(run), here, settings)
-        slopes.static[:], beside = by_motion.rows(bare.static, gain, inner)
-    hysteresis.filter_rows(*hysteresis.discretise(t.filter, 1.0 / dt), slopes.static, starts)
+        bare = base.slope_rows(inputs, layout, t).static
+        by_motion = Motion.of(dampers.static(run), here, settings, t.filter)
+        slopes.static[:], beside = by_motion.of_tables(bare, gain, inner)
+        bent, bent_beside = by_motion.of_filter(inner)
+    coarse = hysteresis.discretise(t.filter, 1.0 / dt)
+    hysteresis.filter_rows(*coarse, slopes.static, starts)
+    slopes.add_filter(t, rate, here.yielded_n, here.filtered_n, run.starts)
     if bends:
         slopes.static[:] += beside
-    slopes.add_filter(t, rate, here.yielded_n, here.filtered_n, run.starts)
+        hysteresis.filter_rows(*coarse, bent, starts)
+        slopes.values[slopes.static.shape[0] :] += bent + bent_beside
     by_differences = settings[Stage.MOTION] and not bends
     if (settings[Stage.LIMIT] or settings[Stage.OUTPUT]) and not by_differences:
 
@@ -75,14 +87,18 @@ def linearise(
 
         total = mean(here.sum_n)
         slopes.values[:] = _pushed(slopes.values, np.zeros((0, 0)), total, total, after)
-    rows = slopes.averaged(factor // inner, effects.size)
+    rows = slopes.in_blocks(factor // inner, effects.size, picked=picked)
+
+    def weighed(force: Array) -> Array:
+        return base.in_blocks(force, factor, picked=picked)
+
     own = rows.index.size
     if by_differences:
         rows.values[:own] = dampers.differences(
             run, np.concatenate([layout.pack(t), theta]), rows.index,
-            lambda: _differences(run, layout, t, settings, here, factor, rows.index),
+            lambda: _differences(run, layout, t, settings, here, weighed, rows.index),
         )  # fmt: skip
-    _own_slopes(run, dampers, effects, theta, here, factor, rows.values[own:])
+    _own_slopes(run, dampers, effects, theta, here, weighed, rows.values[own:])
     return here, base.Rows(rows.values, np.concatenate([rows.index, layout.size + np.arange(effects.size)]))
 
 
@@ -92,17 +108,17 @@ def _differences(
     t: Tables,
     settings: Settings,
     here: Trace,
-    factor: int,
+    weighed: Callable[[Array], Array],
     index: NDArray[np.intp],
 ) -> Array:
     """The base's slopes as differences of the simulation: where the motion hangs on the tables."""
     theta = layout.pack(t)
-    rows = np.zeros((index.size, run.size // factor))
+    rows = np.zeros((index.size, weighed(here.force_n).size))
     for row, k in zip(rows, index, strict=True):
         moved = theta.copy()
         moved[k] += SLOPE_STEP
         there = Dampers(layout, layout.unpack(moved)).traced(run, settings, here)
-        row[:] = base.averaged(there.force_n - here.force_n, factor) / SLOPE_STEP
+        row[:] = weighed(there.force_n - here.force_n) / SLOPE_STEP
     return rows
 
 
@@ -125,7 +141,13 @@ def _pushed(
 
 
 def _own_slopes(
-    run: Run, dampers: Dampers, effects: Effects, theta: Array, here: Trace, factor: int, rows: Array
+    run: Run,
+    dampers: Dampers,
+    effects: Effects,
+    theta: Array,
+    here: Trace,
+    weighed: Callable[[Array], Array],
+    rows: Array,
 ) -> None:
     """Differences of the force by each effect parameter, away from the nearer bound, into `rows`."""
     _, upper = effects.bounds()
@@ -134,7 +156,7 @@ def _own_slopes(
         moved = theta.copy()
         moved[k] += small
         there = dampers.traced(run, effects.settings(moved), here)
-        rows[k] = base.averaged(there.force_n - here.force_n, factor) / small
+        rows[k] = weighed(there.force_n - here.force_n) / small
 
 
 def _gives_way(settings: Settings) -> bool:
@@ -145,16 +167,17 @@ def _gives_way(settings: Settings) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """How a run's forces move with the piston's motion, which moves with the static force."""
+    """How a run's forces move with the piston's motion, which moves with the damper's force."""
 
     here: Trace
     settings: Settings
+    filter: Array  # H's parameters
     damping_n_s_m: Array  # (n) of f g h alone, which is what the motion gives way to
     by_v: Array  # (n) the static force's slopes over the piston's velocity ...
     by_x: Array  # ... and displacement
 
     @classmethod
-    def of(cls, tables: StaticTables, here: Trace, settings: Settings) -> Motion:
+    def of(cls, tables: StaticTables, here: Trace, settings: Settings, filter_: Array) -> Motion:
         """By differences at the run's own motion."""
         v, x = here.velocity_m_s, here.displacement_m
         dv, dx = VELOCITY_STEP_M_S, STROKE_STEP_M
@@ -172,22 +195,44 @@ class Motion:
         return cls(
             here,
             settings,
+            filter_,
             here.level_n * (above - below) / (2.0 * dv),
             here.level_n * (above * factors(v + dv, x) - below * factors(v - dv, x)) / (2.0 * dv),
             static * (factors(v, x + dx) - factors(v, x - dx)) / (2.0 * dx),
         )
 
-    def rows(self, bare: Array, gain: Array, factor: int) -> tuple[Array, Array]:
-        """Slopes of the static force, and of what comes after the filter: (m, n // factor) each.
+    def of_tables(self, bare: Array, gain: Array, factor: int) -> tuple[Array, Array]:
+        """Slopes of the static force, and of what comes beside the filter: (m, n // factor) each.
 
         bare (m, n): those of f g h at a given velocity; gain (n): what effects multiply it by.
         """
+        carried = bare.copy()
+        hysteresis.filter_rows(*self._lag(self.filter), carried, self.here.run.starts)
+        return self._rows(bare, carried, gain, factor)
+
+    def of_filter(self, factor: int) -> tuple[Array, Array]:
+        """The same by H's own parameters, for the motion's sake alone."""
+        run = self.here.run
+        static = self.here.level_n * self.here.shape
+        carried = hysteresis.filtered(*self._lag(self.filter), static, run.starts)
+        rows = np.empty((self.filter.size, run.size))
+        for k, step in enumerate(SLOPE_STEP * np.eye(self.filter.size)):
+            rows[k] = hysteresis.filtered(*self._lag(self.filter + step), static, run.starts) - carried
+        rows /= SLOPE_STEP
+        return self._rows(np.zeros_like(rows), rows, np.zeros(run.size), factor)
+
+    def _lag(self, filter_: Array) -> tuple[Array, Array]:
+        b0, b1, b2, b3, *a = plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients)
+        return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
+
+    def _rows(self, static: Array, carried: Array, gain: Array, factor: int) -> tuple[Array, Array]:
         run, motion = self.here.run, self.settings[Stage.MOTION]
         by = gain, self.by_v, self.by_x
-        before, after = np.zeros((2, bare.shape[0], bare.shape[1] // factor))
-        for k, row in enumerate(bare):
+        lag = plain_lag(hysteresis.as_filter(self.filter, 1.0 / run.dt_s).coefficients)
+        before, after = np.zeros((2, static.shape[0], static.shape[1] // factor))
+        for k, (row, force) in enumerate(zip(static, carried, strict=True)):
             v, x = stages.given_way(
-                motion, row, self.damping_n_s_m, run.dt_s, run.starts, by, factor, before[k]
+                motion, row, force, self.damping_n_s_m, lag, run.dt_s, run.starts, by, factor, before[k]
             )
             fastest = float(np.abs(v).max())
             if self.settings[Stage.ADDITIVE] and fastest > 0.0:

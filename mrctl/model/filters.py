@@ -45,6 +45,19 @@ def settled_state(c: Coefficients, u: float) -> list[float]:
     return [b1 * u - a1 * y + s1, s1, s2]
 
 
+def plain_lag(c: Coefficients) -> Coefficients:
+    """A first-order lag that delays slow signals as long as this filter does; none for one that leads.
+
+    It is positive real, so that a loop closed around it and a damper is stable, which H's phase need not be.
+    """
+    b0, b1, b2, b3, a1, a2, a3 = c
+    samples = (b1 + 2.0 * b2 + 3.0 * b3) / (b0 + b1 + b2 + b3) - (a1 + 2.0 * a2 + 3.0 * a3) / (
+        1.0 + a1 + a2 + a3
+    )
+    samples = max(samples, 0.0)
+    return (1.0 / (1.0 + samples), 0.0, 0.0, 0.0, -samples / (1.0 + samples), 0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Filter:
     """A discrete filter b(z)/a(z), both of four coefficients in falling powers of z, a[0] = 1."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 from mrctl.model.damper import Damper
 from mrctl.model.effects.base import Settings
 from mrctl.model.effects.registry import of_damper
-from mrctl.model.filters import iir_step, settled_state
+from mrctl.model.filters import iir_step, plain_lag, settled_state
 from mrctl.model.inverse import InverseModel
 from mrctl.model.running import Acceleration, Stages
 from mrctl.model.static import force_level
@@ -27,7 +27,7 @@ FACTOR_TOLERANCE = 1e-4
 class ForwardPipeline:
     """One damper's force with its effects, sample by sample, at a fixed step."""
 
-    __slots__ = ("_acceleration", "_coefficients", "_dt_s", "_stages", "_state", "_static", "needs")
+    __slots__ = ("_acceleration", "_coefficients", "_dt_s", "_lag", "_stages", "_state", "_static", "needs")
 
     def __init__(self, damper: Damper, dt_s: float, settings: Settings | None = None) -> None:
         """The damper's own effects, or those in `settings` by stage, in order.
@@ -38,6 +38,7 @@ class ForwardPipeline:
         self._static = damper.static
         self._dt_s = dt_s
         self._coefficients = damper.forward_filter.resampled(1.0 / dt_s).coefficients
+        self._lag = plain_lag(self._coefficients)
         self._stages = Stages(chosen)
         self.needs = needs(chosen)
         self.reset()
@@ -85,7 +86,7 @@ class ForwardPipeline:
         stages, t, dt = self._stages, self._static, self._dt_s
         for one in stages.current:
             i = one.next(i, dt)
-        warm, v, x = stages.fluid_and_piston(v, x, i, temperature_c, t, dt)
+        warm, v, x = stages.fluid_and_piston(v, x, i, temperature_c, t, self._lag, dt)
         level = force_level(i, warm, t)
         back = level * interpolate(v, t.velocity_m_s, t.shape)
         for one in stages.factor:
@@ -98,7 +99,16 @@ class ForwardPipeline:
 class InversePipeline(InverseModel):
     """One damper's current command with its effects undone, sample by sample, at a fixed step."""
 
-    __slots__ = ("_acceleration", "_dt_s", "_field_a", "_largest_a", "_stages", "_tables", "needs")
+    __slots__ = (
+        "_acceleration",
+        "_dt_s",
+        "_field_a",
+        "_lag",
+        "_largest_a",
+        "_stages",
+        "_tables",
+        "needs",
+    )
 
     def __init__(self, damper: Damper, dt_s: float, settings: Settings | None = None) -> None:
         """The damper's own effects, or those in `settings` by stage, in order.
@@ -110,6 +120,7 @@ class InversePipeline(InverseModel):
         self._tables = damper.static
         self._largest_a = damper.current_max_a
         self._stages = Stages(chosen)
+        self._lag = plain_lag(damper.forward_filter.resampled(1.0 / dt_s).coefficients)
         self.needs = needs(chosen)
         super().__init__(damper, dt_s)
 
@@ -134,7 +145,9 @@ class InversePipeline(InverseModel):
             return super().step(force_wish_n, velocity_m_s, temperature_c)
         a = self._acceleration.next(velocity_m_s, acceleration_m_s2)
         field = self._field_a
-        warm, v, x = stages.fluid_and_piston(velocity_m_s, displacement_m, field, temperature_c, t, dt)
+        warm, v, x = stages.fluid_and_piston(
+            velocity_m_s, displacement_m, field, temperature_c, t, self._lag, dt
+        )
         wish = force_wish_n
         for one in reversed(stages.output):
             wish = one.input_for(wish, wish, dt)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mrctl.model.effects.base import Effect, Settings, Stage, Vector
+from mrctl.model.filters import Coefficients
 from mrctl.model.static import StaticTables
 
 
@@ -78,13 +79,20 @@ class Stages:
             one.restart()
 
     def fluid_and_piston(
-        self, v: float, x: float, current_a: float, temperature_c: float, t: StaticTables, dt_s: float
+        self,
+        v: float,
+        x: float,
+        current_a: float,
+        temperature_c: float,
+        t: StaticTables,
+        lag: Coefficients,
+        dt_s: float,
     ) -> tuple[float, float, float]:
         """The fluid's temperature, the piston's velocity and its displacement."""
         for one in self.temperature:
             temperature_c = one.next(temperature_c, v, current_a, t, dt_s)
         for one in self.motion:
-            v, x = one.next(v, x, current_a, temperature_c, t, dt_s)
+            v, x = one.next(v, x, current_a, temperature_c, t, lag, dt_s)
         return temperature_c, v, x
 
 

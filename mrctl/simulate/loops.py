@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.model.effects.base import Stage, Step
+from mrctl.model.filters import Coefficients
 from mrctl.model.static import StaticTables
 
 Array = NDArray[np.float64]
@@ -53,14 +54,15 @@ def _temperature(step: Step) -> Step:
 def _motion(step: Step) -> Step:
     def loop(
         p: P, s: Array, starts: Ints, velocity_m_s: Array, displacement_m: Array, current_a: Array,
-        temperature_c: Array, tables: StaticTables, dt_s: float, out_v: Array, out_x: Array,
+        temperature_c: Array, tables: StaticTables, lag: Coefficients, dt_s: float,
+        out_v: Array, out_x: Array,
     ) -> None:  # fmt: skip
         t = borrowed(tables)
         for j in range(starts.size - 1):
             own = s[j]
             for k in range(starts[j], starts[j + 1]):
                 v, x = step(
-                    p, own, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], t, dt_s
+                    p, own, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], t, lag, dt_s
                 )
                 out_v[k] = v
                 out_x[k] = x
@@ -177,12 +179,14 @@ def filtered(step: Step) -> Step:
 def gives_way(step: Step) -> Step:
     """The loop over a motion effect's linearisation.
 
-    `force_n` (n) is the change of the static force at a given motion; `v` and `x` (n) the change of the
-    motion; `out` (n // factor) that of a force by_force, by_v and by_x (n) times those, averaged.
+    `static_n` (n) is the change of the static force at a given motion, `force_n` that behind the lag;
+    `v` and `x` (n) the change of the motion; `out` (n // factor) that of a force by_force, by_v and by_x (n)
+    times static force and motion, averaged.
     """
 
     def loop(
-        p: P, s: Array, starts: Ints, force_n: Array, damping_n_s_m: Array, dt_s: float,
+        p: P, s: Array, starts: Ints, static_n: Array, force_n: Array, damping_n_s_m: Array,
+        lag: Coefficients, dt_s: float,
         by_force: Array, by_v: Array, by_x: Array, factor: int, v: Array, x: Array, out: Array,
     ) -> None:  # fmt: skip
         share = 1.0 / factor
@@ -191,8 +195,8 @@ def gives_way(step: Step) -> Step:
             for block in range(starts[j] // factor, starts[j + 1] // factor):
                 total = 0.0
                 for k in range(block * factor, (block + 1) * factor):
-                    v[k], x[k] = step(p, own, force_n[k], damping_n_s_m[k], dt_s)
-                    total += by_force[k] * force_n[k] + by_v[k] * v[k] + by_x[k] * x[k]
+                    v[k], x[k] = step(p, own, force_n[k], damping_n_s_m[k], lag, dt_s)
+                    total += by_force[k] * static_n[k] + by_v[k] * v[k] + by_x[k] * x[k]
                 out[block] = share * total
 
     return loop

@@ -67,31 +67,35 @@ def piston_motion(
     current_a: Array,
     temperature_c: Array,
     tables: StaticTables,
+    lag: Coefficients,
     dt_s: float,
     starts: Ints | None = None,
 ) -> tuple[Array, Array]:
     """The piston's velocity in m/s and displacement in m."""
     for effect, p in chosen:
         inputs = velocity_m_s, displacement_m, current_a, temperature_c
-        velocity_m_s, displacement_m = _run(effect, p, starts, inputs, (tables, dt_s), 2)
+        velocity_m_s, displacement_m = _run(effect, p, starts, inputs, (tables, lag, dt_s), 2)
     return velocity_m_s, displacement_m
 
 
 def given_way(
     chosen: Chosen,
+    static_n: Array,
     force_n: Array,
     damping_n_s_m: Array,
+    lag: Coefficients,
     dt_s: float,
     starts: Ints,
     by: tuple[Array, Array, Array],
     factor: int,
     out: Array,
 ) -> tuple[Array, Array]:
-    """How the piston's velocity in m/s and displacement in m (n) move with the static force.
+    """How the piston's velocity in m/s and displacement in m (n) move with the force.
 
-    chosen: one effect that gives way; force_n (n): the change of force at a given motion; damping_n_s_m
-    (n): its slope over the velocity; stretches of whole blocks of `factor` samples. `out` (n // factor) is
-    what a force changes whose slopes over that force, the velocity and the displacement are `by` (n each).
+    chosen: one effect that gives way; static_n (n): the change of the static force at a given motion, and
+    force_n that behind the lag; damping_n_s_m (n): the static force's slope over the velocity;
+    stretches of whole blocks of `factor` samples. `out` (n // factor) is what a force changes whose slopes
+    over the static one, the velocity and the displacement are `by` (n each).
     """
     ((effect, p),) = chosen
     if effect.gives_way is None:
@@ -100,7 +104,7 @@ def given_way(
     states = np.array([start(p, first) for first in force_n[starts[:-1]].tolist()], dtype=np.float64)
     v, x = np.empty_like(force_n), np.empty_like(force_n)
     loop = compiled(loops.gives_way, step, f"{effect.name}_gives_way")
-    loop(p, states, starts, force_n, damping_n_s_m, dt_s, *by, factor, v, x, out)
+    loop(p, states, starts, static_n, force_n, damping_n_s_m, lag, dt_s, *by, factor, v, x, out)
     return v, x
 
 

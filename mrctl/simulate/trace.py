@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from mrctl.model.damper import Damper
 from mrctl.model.effects.base import EffectError, Settings, Stage
 from mrctl.model.effects.registry import of_damper
+from mrctl.model.filters import plain_lag
 from mrctl.model.static import StaticTables
 from mrctl.simulate import stages
 from mrctl.simulate.run import Array, Run
@@ -84,6 +85,7 @@ def trace(
     make = _Maker(like.made if like is not None and like.run is run and like.settled == settled else {})
     t, dt, a, starts = damper.static, run.dt_s, run.acceleration_m_s2, run.starts
     c = stages.coefficients_at(damper.forward_filter, dt)
+    lag = plain_lag(c)
 
     ce, te, me = by[Stage.CURRENT], by[Stage.TEMPERATURE], by[Stage.MOTION]
     # A stage without effects hands its input on.
@@ -101,8 +103,10 @@ def trace(
     if me:
         v, x = make(
             Stage.MOTION,
-            (me, i, warm, t),
-            lambda: stages.piston_motion(me, run.velocity_m_s, run.displacement_m, i, warm, t, dt, starts),
+            (me, i, warm, t, lag),
+            lambda: stages.piston_motion(
+                me, run.velocity_m_s, run.displacement_m, i, warm, t, lag, dt, starts
+            ),
         )
     level = make("level", (i, warm, _level_tables(t)), lambda: stages.level(i, warm, t))
     shape = make("shape", (v, t.velocity_m_s, t.shape), lambda: stages.shape(v, t))

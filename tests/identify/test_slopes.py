@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrctl.identify.base import averaged
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.records import records_of
@@ -21,11 +20,11 @@ STEP = 1e-5
 
 @pytest.fixture(scope="module")
 def model():
-    """A base model of a damper, on two of its runs."""
+    """A base model of a damper, on three of its runs, one of them refined."""
     bench = Bench(random_damper(2), np.random.default_rng(2))
     campaign = protocol("several frequencies", bench)
-    records = records_of([campaign.runs[k] for k in (3, 6, 13)])
-    return fit_base(records)
+    first, *rest = records_of([campaign.runs[k] for k in (3, 6, 13)])
+    return fit_base([*rest, first.refined(2)])
 
 
 @pytest.mark.parametrize(
@@ -44,7 +43,7 @@ def test_slopes_are_what_a_small_step_does(model, names):
     chosen = Effects(tuple(effects()[name] for name in names))
     joint = model.model.with_effects(chosen)
     theta = np.concatenate([model.theta, chosen.pack({})])
-    before = [averaged(f, joint.factor(r)) for f, r in zip(joint.predict(theta), joint.records, strict=True)]
+    before = [joint.weighed(r, f) for f, r in zip(joint.predict(theta), joint.records, strict=True)]
     slopes = list(joint.jacobians(theta))
     _, upper = joint.bounds()
     for k in range(theta.size):
@@ -58,6 +57,6 @@ def test_slopes_are_what_a_small_step_does(model, names):
             if k in rows.index:
                 row = rows.values[list(rows.index).index(k)]
             have.append(row)
-            want.append(((averaged(force, joint.factor(record)) - here) / small)[-row.size :])
+            want.append(((joint.weighed(record, force) - here) / small)[-row.size :])
         want, have = np.concatenate(want), np.concatenate(have)
-        assert np.sqrt(np.mean((want - have) ** 2)) <= ALIKE * np.sqrt(np.mean(want**2)) + 1e-6, k
+        assert np.sqrt(np.mean((want - have) ** 2)) <= ALIKE * np.sqrt(np.mean(want**2)) + 1e-4, k

@@ -71,7 +71,7 @@ ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
     Stage.CURRENT: (*_IN, "current_a", "dt_s"),
     Stage.TEMPERATURE: (*_IN, "temperature_c", "velocity_m_s", "current_a", "tables", "dt_s"),
     Stage.MOTION: (
-        *_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "tables", "dt_s",
+        *_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "tables", "lag", "dt_s",
     ),
     Stage.FACTOR: (*_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "dt_s"),
     Stage.YIELD: (*_IN, "force_n", "velocity_m_s", "displacement_m", "level_n", "dt_s"),
@@ -81,7 +81,11 @@ ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
     Stage.LIMIT: (*_IN, "force_n", "velocity_m_s", "displacement_m", "dt_s"),
     Stage.OUTPUT: (*_IN, "force_n", "dt_s"),
 }  # fmt: skip
-"""The arguments of a stage's `step`. `level_n` is f(i1) h(i1, T1), the force where g is 1."""
+"""The arguments of a stage's `step`.
+
+`level_n` is f(i1) h(i1, T1), the force where g is 1; `tables` are f, g and h (`StaticTables`), `lag` is a
+plain one as long as H's at this step (`plain_lag`).
+"""
 
 UNDONE_BY: Mapping[Stage, frozenset[Undo]] = {
     Stage.CURRENT: frozenset({Undo.LEAD}),
@@ -145,11 +149,12 @@ Vector = tuple[float, ...]
 
 
 class GivesWay(NamedTuple):
-    """The linearisation of a motion effect that hangs on the static force f g h, for fits.
+    """The linearisation of a motion effect that hangs on the damper's force, for fits.
 
-    `step(p, s, force_n, damping_n_s_m, dt_s)` says how the piston's velocity and displacement change when
-    the static force at a given velocity changes by `force_n`, damping being its slope over the velocity; `s`
-    as in the effect's step. `start(p, force_n)` is the state in which the first sample has lasted for ever.
+    `step(p, s, force_n, damping_n_s_m, lag, dt_s)` says how the piston's velocity and displacement change
+    when the damper's force at a given motion changes by `force_n`, damping being the slope of f g h over the
+    velocity; `s` and `lag` as in the effect's step. `start(p, force_n)` is the state in which the first
+    sample has lasted for ever.
     """
 
     step: Step

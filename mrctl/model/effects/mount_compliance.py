@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Mapping, Sequence
 
 from mrctl.model.effects.base import Effect, GivesWay, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.filters import Coefficients, iir_step, settled_state
 from mrctl.model.static import StaticTables, backbone_force, force_level
+from mrctl.model.tables import interpolate
 
 
 def step(
     p: Sequence[float],
-    s: MutableSequence[float],
+    s: list[float],
     velocity_m_s: float,
     displacement_m: float,
     current_a: float,
     temperature_c: float,
     tables: StaticTables,
+    lag: Coefficients,
     dt_s: float,
 ) -> tuple[float, float]:
     """The piston's velocity in m/s and displacement in m.
 
-    The balance k y + c dy/dt = f h g(v - dy/dt) is as stiff as the low-speed slope of g over k is short, so
-    it is solved implicitly (BDF2: second order, stable at any step). g being a table, the solution is exact:
-    the segment that holds it, then a straight line.
+    The balance k y + c dy/dt = lag[f h g(v - dy/dt)] is as stiff as the low-speed slope of g over k is short,
+    so it is solved implicitly (BDF2: second order, stable at any step). g being a table, the solution is
+    exact: the segment that holds it, then a straight line.
     """
     if p[0] <= 0.0:
         return velocity_m_s, displacement_m
-    level = p[0] * force_level(current_a, temperature_c, tables)
-    free = (4.0 * s[0] - s[1]) / 3.0  # y = free + 2/3 dt dy/dt
+    static = force_level(current_a, temperature_c, tables)
+    level = p[0] * lag[0] * static  # what the lag hands on at once; the rest is s[0]
+    free = (4.0 * s[3] - s[4]) / 3.0  # y = free + 2/3 dt dy/dt
     inertia = p[0] * p[1] + 2.0 / 3.0 * dt_s
-    rest = inertia * velocity_m_s + free  # what is left to solve: rest - inertia v1 = level g(v1)
+    # What is left to solve: rest - inertia v1 = level g(v1).
+    rest = inertia * velocity_m_s + free - p[0] * s[0]
     low, high = 0, len(tables.shape)
     while low < high:
         middle = (low + high) // 2
@@ -46,8 +51,9 @@ def step(
         slope = (tables.shape[low] - g0) / (tables.velocity_m_s[low] - v0)
         piston = (rest - level * (g0 - slope * v0)) / (inertia + level * slope)
     mount = free + 2.0 / 3.0 * dt_s * (velocity_m_s - piston)
-    s[1] = s[0]
-    s[0] = mount
+    s[4] = s[3]
+    s[3] = mount
+    iir_step(lag, s, static * interpolate(piston, tables.velocity_m_s, tables.shape))
     return piston, displacement_m - mount
 
 
@@ -58,28 +64,35 @@ def start(
     current_a: float,
     temperature_c: float,
     tables: StaticTables,
+    lag: Coefficients,
     dt_s: float,  # noqa: ARG001 - the stage's
 ) -> list[float]:
     """The mount is bent by the first sample's static force and no longer moves."""
-    mount = p[0] * backbone_force(velocity_m_s, current_a, temperature_c, tables)
-    return [mount, mount]
+    force = backbone_force(velocity_m_s, current_a, temperature_c, tables)
+    return [*settled_state(lag, force), p[0] * force, p[0] * force]
 
 
 def give_way(
-    p: Sequence[float], s: MutableSequence[float], force_n: float, damping_n_s_m: float, dt_s: float
+    p: Sequence[float],
+    s: list[float],
+    force_n: float,
+    damping_n_s_m: float,
+    lag: Coefficients,
+    dt_s: float,
 ) -> tuple[float, float]:
     """The step's derivative: how the piston's velocity in m/s and displacement in m move."""
-    free = (4.0 * s[0] - s[1]) / 3.0
+    free = (4.0 * s[3] - s[4]) / 3.0
     inertia = p[0] * p[1] + 2.0 / 3.0 * dt_s
-    piston = (free - p[0] * force_n) / (inertia + p[0] * damping_n_s_m)
-    s[1] = s[0]
-    s[0] = free - 2.0 / 3.0 * dt_s * piston
-    return piston, -s[0]
+    piston = (free - p[0] * (force_n + s[0])) / (inertia + p[0] * lag[0] * damping_n_s_m)
+    s[4] = s[3]
+    s[3] = free - 2.0 / 3.0 * dt_s * piston
+    iir_step(lag, s, damping_n_s_m * piston)
+    return piston, -s[3]
 
 
 def give_way_start(p: Sequence[float], force_n: float) -> list[float]:
     """The mount is bent by that much more and no longer moves."""
-    return [p[0] * force_n, p[0] * force_n]
+    return [0.0, 0.0, 0.0, p[0] * force_n, p[0] * force_n]
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
@@ -95,10 +108,10 @@ EFFECT = Effect(
     name="mount_compliance",
     stage=Stage.MOTION,
     summary="Rubber mounts and bearings in series with the damper take part of the stroke.",
-    equation="y / compliance + damping dy/dt = f h g(v1), v1 = v - dy/dt, x1 = x - y",
+    equation="y / compliance + damping dy/dt = lag[f h g(v1)], v1 = v - dy/dt, x1 = x - y",
     source=(
         "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. "
-        "The mount carries the static force: H, the whole damper's loop, comes after it."
+        "The mount carries the damper's force behind a lag as long as H's; forces beside it are left out."
     ),
     parameters=(
         Parameter("compliance_m_n", "m/N", 0.0, 0.0, 2e-5, 5e-7, "one over the mount's stiffness"),
@@ -108,7 +121,7 @@ EFFECT = Effect(
     inverse=Undo.OBSERVE,
     inverse_note="The piston's motion is followed with the currents commanded; g is taken at its velocity.",
     start=start,
-    states=("mount's deflection, m", "the one before, m"),
+    states=("lag, N", "0", "0", "mount's deflection, m", "the one before, m"),
     guesses=_guesses,
     derived=_derived,
     gives_way=GivesWay(give_way, give_way_start),
