@@ -13,6 +13,7 @@ from mrctl.discover.folds import folds_of
 from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
+from mrctl.discover.race import with_plain_lag
 from mrctl.discover.refit import part
 from mrctl.discover.search import Folds
 from mrctl.discover.spectral_floor import spectral_floor
@@ -163,6 +164,10 @@ class Evidence:
         model.reweigh(theta)
         penalties = weighed_as(fit.penalties, model.penalties())
         fit = model.fit(theta, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
+        if start is not None:  # the fit that all rests on: in no worse valley than a plain lag leads to
+            plain = with_plain_lag(model, fit.theta)
+            other = model.fit(plain, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
+            fit = min(fit, other, key=lambda one: one.total)
         return prove(fit, self.folds)
 
     def budget(self, fit: JointFit) -> Budget:

@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof, chance, log_gain, prove
+from mrctl.discover.race import TOLERANCE, raced, with_plain_lag
 from mrctl.discover.robust import second_opinions
 from mrctl.discover.screen import Look, Screen, looks, ranges_of
 from mrctl.discover.tangent import Tangent
-from mrctl.identify import hysteresis
 from mrctl.identify.batch import in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit, JointModel
 from mrctl.identify.penalties import weighed_as
 from mrctl.model.effects.base import Effect, Stage, Vector
-from mrctl.model.filters import ORDER
 
 Array = NDArray[np.float64]
 Folds = Sequence[tuple[int, ...]]
@@ -31,9 +30,6 @@ _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several 
 CLOSE_TRIAL = 0.7  # of the best trial's gain, to be begun once more from its base
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
 ITERATIONS = 20
-HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each of several starts, before the best goes on
-PLAIN_LAG_HZ = 20.0
-TOLERANCE = 1e-4  # share of the cost that another step must win
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,8 +185,8 @@ def grown(before: Tangent, look: Look) -> JointFit:
     """A fit with one more effect, base and effects moving together, weights as they are.
 
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
-    of the effect, or hardly any. An effect on the motion has a race of all its starting points instead: to
-    make up for it, the filter has gone far from where it belongs.
+    of the effect, or hardly any; or there with a plain lag for the filter, an effect on the motion from all
+    its starting points.
     """
     fit = before.fit
     effect = look.effect
@@ -210,17 +206,11 @@ def grown(before: Tangent, look: Look) -> JointFit:
         rounds=1,
     )
     start = min(starts, key=model.cost)
+    again = [start]
     if effect.stage is Stage.MOTION:
-        plain = fit.theta.copy()
-        if model.layout.order == ORDER:
-            plain[model.layout.parts["filter"]] = hysteresis.lag(PLAIN_LAG_HZ)
-        starts = [start] + [
-            np.concatenate([plain, alone.pack({effect.name: point})])
-            for point in effect.starting_points(ranges_of(model))
-        ]
-        heats = [fitted(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
-        start = min(heats, key=lambda heat: heat.total).theta
-    return fitted(start, iterations=ITERATIONS, tolerance=TOLERANCE)
+        points = effect.starting_points(ranges_of(model))
+        again += [np.concatenate([fit.theta, alone.pack({effect.name: point})]) for point in points]
+    return raced([start, *(with_plain_lag(model, one) for one in again)], fitted, ITERATIONS)
 
 
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:

@@ -13,6 +13,7 @@ from mrctl.model.filters import (
     band_difference,
     butterworth_lowpass,
     iir_step,
+    plain_lag,
     settled_state,
 )
 
@@ -84,3 +85,19 @@ def test_butterworth_equals_the_library():
     ours = butterworth_lowpass(80.0, 1000.0)
     assert np.allclose(ours.b[:3], b, atol=1e-14)
     assert np.allclose(ours.a[:3], a, atol=1e-14)
+
+
+@pytest.mark.parametrize("rate_hz", [500.0, 1000.0, 2000.0])
+def test_a_plain_lag_delays_slow_signals_as_the_filter_does_and_is_positive_real(rate_hz):
+    lag = plain_lag(FORWARD.resampled(rate_hz).coefficients)
+    near_0 = np.array([1e-3, 2e-3])
+    f = np.array([*near_0, *np.linspace(1.0, 0.5 * rate_hz, 50)])
+    own = Filter(rate_hz, lag[:4], (1.0, *lag[4:])).response(f)
+    delay_s = -np.diff(np.unwrap(np.angle(own[:2]))) / (2.0 * np.pi * np.diff(near_0))
+    theirs = -np.diff(np.unwrap(np.angle(FORWARD.resampled(rate_hz).response(near_0))))
+    assert delay_s == pytest.approx(theirs / (2.0 * np.pi * np.diff(near_0)), rel=1e-4)
+    assert np.all(own.real > 0.0)
+
+
+def test_a_filter_that_leads_has_no_lag():
+    assert plain_lag((2.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0)) == (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -1,0 +1,37 @@
+"""Fits from several starts: a few iterations from each, and the most promising goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify import hysteresis
+from mrctl.identify.joint import JointFit, JointModel
+from mrctl.model.filters import ORDER
+
+Array = NDArray[np.float64]
+
+HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each start, before the best goes on
+TOLERANCE = 1e-4  # share of the cost that another step must win
+PLAIN_LAG_HZ = 20.0
+
+
+def raced(starts: Sequence[Array], fitted: Callable[..., JointFit], iterations: int) -> JointFit:
+    """The fit from the start that a few iterations promise most of; `fitted` as `JointModel.fit`."""
+    heats = [fitted(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
+    best = min(heats, key=lambda heat: heat.total)
+    return fitted(best.theta, iterations=iterations, tolerance=TOLERANCE)
+
+
+def with_plain_lag(model: JointModel, theta: Array) -> Array:
+    """The same vector with a plain lag for its filter.
+
+    To make up for what is missing, a filter may have gone so far from where it belongs that no small step
+    leads back.
+    """
+    plain = theta.copy()
+    if model.layout.order == ORDER:
+        plain[model.layout.parts["filter"]] = hysteresis.lag(PLAIN_LAG_HZ)
+    return plain
