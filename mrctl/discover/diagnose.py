@@ -150,12 +150,16 @@ def _search(
 def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
-    It takes a fair share of all that was taken, or a small one that is most of what is left over the noise.
+    It takes a fair share of all that was taken, or a small one that is most of what is left over the noise,
+    or nothing but noise is left with it and more was without.
     """
     taken = here.mean_square - best.proof.mean_square
-    left = evidence.budget(here.fit).total - evidence.budget(best.fit).noise
+    before, after = evidence.budget(here.fit), evidence.budget(best.fit)
+    left = before.total - after.noise
     every = base.mean_square - best.proof.mean_square
-    return taken > LATER_SHARE * every or taken > max(LATER_LEFT * left, LATER_LEAST * every)
+    if taken > LATER_SHARE * every or taken > max(LATER_LEFT * left, LATER_LEAST * every):
+        return True
+    return before.judged > before.most_noise and after.judged <= min(before.most_noise, after.most_noise)
 
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
