@@ -97,10 +97,15 @@ class Evidence:
         by = 0.5 if fewer > LONG_S else 1.0
         slowest, fastest = by * SLOWEST_HZ, by * FASTEST_HZ
         full = timing(
-            [r if r.rate_hz >= slowest else r.refined(int(np.ceil(slowest / r.rate_hz))) for r in measured]
+            [
+                r
+                if r.slow > 1 or r.rate_hz >= slowest
+                else r.refined(int(np.ceil(slowest / r.rate_hz - 1e-9)))
+                for r in measured
+            ]
         )
         records = [
-            _shortened(r, f, share).decimated(int(r.rate_hz / fastest))
+            _shortened(r, f, share).decimated(max(r.slow, int(r.rate_hz / fastest)))
             for r, f in zip(full, floors, strict=True)
         ]
         return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise)

@@ -44,7 +44,7 @@ class Split:
 
 def thinned(records: Sequence[Record]) -> list[Record]:
     """The records at a rate that fits need."""
-    return [r.decimated(max(1, int(r.rate_hz / FITTED_HZ))) for r in records]
+    return [r.decimated(max(r.slow, int(r.rate_hz / FITTED_HZ))) for r in records]
 
 
 def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record] | None = None) -> Split:

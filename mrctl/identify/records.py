@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 LIGHT_J_K = 100.0  # the fluid of a small damper
 HOTTEST_K = 60.0
 SHORTEST = 16  # samples; less says nothing about a third-order filter
+SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
+SLOWEST_HZ = 50.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,18 @@ class Record:
             finer=self.finer * factor,
         )
 
+    @property
+    def slow(self) -> int:
+        """How many samples may become one: the motion hardly changes in them, and the current does not."""
+        steady = float(np.ptp(self.current_a)) == 0.0
+        most = self.rate_hz / SLOWEST_HZ if steady and self.finer == 1 else 1.0
+        for factor in (1 << k for k in range(int(np.log2(max(most, 1.0))), 0, -1)):
+            n = len(self) // factor * factor
+            means = self.velocity_m_s[:n].reshape(-1, factor).mean(axis=1)
+            if means.size > SHORTEST and float(np.max(np.abs(np.diff(means)))) < SLOW_M_S:
+                return factor
+        return 1
+
     def decimated(self, factor: int) -> Record:
         """Means over `factor` samples: a coarser look at the same run."""
         if factor <= 1:
@@ -96,7 +110,7 @@ def records_of(runs: Iterable[Run]) -> list[Record]:
     return [
         Record(
             number,
-            run.sample_rate_hz,
+            round(run.sample_rate_hz, 6),  # what a clock's rounding makes of one rate is one rate
             run.velocity_m_s,
             run.current_a,
             run.temperature_c,

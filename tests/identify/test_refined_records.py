@@ -1,4 +1,4 @@
-"""Records refined to the rate of the simulation: what lies between two samples was never measured."""
+"""Records at another rate than they were measured at: what counts of them, and which may be thinned."""
 
 import sys
 from dataclasses import replace
@@ -9,13 +9,14 @@ import pytest
 
 from mrctl.discover.refit import HELD_OUT_SHARE, split
 from mrctl.identify.joint import JointModel
-from mrctl.identify.records import records_of
+from mrctl.identify.records import SLOWEST_HZ, Record, records_of
 from mrctl.identify.start import layout_for, start_values
 
 sys.path.insert(0, str(Path(__file__).parent))
 from virtual import Bench, protocol, random_damper
 
 FINER = 3
+RATE_HZ = 200.0
 
 
 @pytest.fixture(scope="module")
@@ -45,3 +46,23 @@ def test_a_record_is_cut_where_a_sample_was_measured(campaign):
     assert len(held_out) / len(training) == pytest.approx(1.0 / (HELD_OUT_SHARE - 1), rel=0.01)
     picked = np.concatenate([training.force_n[::FINER], held_out.force_n[::FINER]])
     assert picked == pytest.approx(measured[0].force_n)
+
+
+def _moving(amplitude_m_s: float, hz: float, current_a: float | np.ndarray = 1.0) -> Record:
+    t = np.arange(4000) / RATE_HZ
+    v = amplitude_m_s * np.sin(2.0 * np.pi * hz * t)
+    flat = np.zeros(t.size)
+    return Record(0, RATE_HZ, v, flat + current_a, flat, flat, flat, flat)
+
+
+@pytest.mark.parametrize(
+    ("amplitude_m_s", "hz", "slow"), [(0.015, 0.1, 4), (0.3, 1.0, 1), (0.04, 0.25, 2), (0.0, 1.0, 4)]
+)
+def test_only_a_motion_that_hardly_changes_in_a_sample_is_thinned(amplitude_m_s, hz, slow):
+    record = _moving(amplitude_m_s, hz)
+    assert record.slow == slow
+    assert record.decimated(slow).rate_hz >= SLOWEST_HZ
+
+
+def test_a_run_whose_current_changes_is_never_thinned():
+    assert _moving(0.015, 0.1, np.linspace(0.0, 1.0, 4000)).slow == 1
