@@ -40,7 +40,6 @@ FEWEST_CYCLES = 3  # of a run that repeats, to be searched
 LONGEST_S = 10.0  # a longer run may be heating up
 CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
 KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles
-FEWEST_KNOWN = 2  # runs, for their noise to say what others may have
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,10 +194,9 @@ class Evidence:
             if f.floor_n is not None
         ]
         samples = sum(e.size for _, e in known)
-        repeated = sum(e.size * square for square, e in known) / max(samples, 1)
         if samples >= KNOWN_SHARE * sum(e.size for e in errors):
             # Runs whose noise is not known are not held against that of the others.
-            noise = repeated
+            noise = sum(e.size * square for square, e in known) / samples
             judged = sum(float(e @ e) for _, e in known) / samples
             return Budget(total, judged, noise, measured=True, most_noise=(1.0 + CYCLE_DOUBT) * noise)
         spectral = spectral_floor(errors, [r.rate_hz / r.finer for r in self.full], brought)
@@ -207,10 +205,9 @@ class Evidence:
         most = (MOST_COLOURED * least) ** 2 + float(np.mean(np.concatenate(brought) ** 2))
         noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
         upper = noise if spectral is None else min(spectral.most_n**2, most)
-        most = max((1.0 + SPECTRAL_DOUBT) * noise, upper)
-        if len(known) >= FEWEST_KNOWN:  # the others may be as noisy as the few that repeat
-            most = max(most, (1.0 + CYCLE_DOUBT) * repeated)
-        return Budget(total, total, noise, measured=False, most_noise=most)
+        return Budget(
+            total, total, noise, measured=False, most_noise=max((1.0 + SPECTRAL_DOUBT) * noise, upper)
+        )
 
     def steady_errors(self, fit: JointFit) -> list[Array]:
         """Measured less modelled force in N at the samples measured, without starts that a fit leaves out."""

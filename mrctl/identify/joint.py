@@ -31,7 +31,6 @@ Array = NDArray[np.float64]
 WEIGHING_RATE_HZ = 500.0  # forces are compared at this rate or up to twice it; dampers do little above 100 Hz
 SETTLE_TIMES = 4.0  # slowest time constants that a record's start is left out for
 SETTLE_SHARE = 0.1  # but never more than this share of it
-REST_SHARE = 0.03  # a record that starts slower than this share of its top speed starts at rest
 FLOOR_SHARE = 1e-5  # of the force scale: noise below this is no noise
 EFFECT_SPREAD = 30.0  # steps that matter: the weak pull of an effect's parameters to neutral
 FASTEST_POLE = 0.8 * np.pi / hysteresis.UNIT_RAD_S  # times the sample rate
@@ -119,9 +118,8 @@ class JointModel:
 
     def settle_blocks(self, theta: Array, record: Record) -> int:
         """Averages at the start of a record that its unknown past may still move."""
-        velocity = np.abs(record.velocity_m_s)
-        if velocity[0] < REST_SHARE * velocity.max():
-            return 0  # it starts at rest, so its past is known
+        if record.starts_at_rest:
+            return 0  # so its past is known
         slow = hysteresis.slowest_s(theta[self.layout.parts["filter"]])
         samples = min(SETTLE_TIMES * slow * record.rate_hz, SETTLE_SHARE * len(record))
         return int(samples / self.factor(record))

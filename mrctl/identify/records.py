@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 LIGHT_J_K = 100.0  # the fluid of a small damper
 HOTTEST_K = 60.0
 SHORTEST = 16  # samples; less says nothing about a third-order filter
+REST_SHARE = 0.03  # of a record's top speed: slower is at rest or turns
+TURN_S, TURN_SHARE = 0.02, 0.4  # where it turns, velocity changes about as much as ever within that time
 SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
 SLOWEST_HZ = 50.0
 
@@ -70,6 +72,14 @@ class Record:
             acceleration_m_s2=smooth(self.acceleration_m_s2),
             finer=self.finer * factor,
         )
+
+    @property
+    def starts_at_rest(self) -> bool:
+        """Whether the motion begins with the record: slowly, and not as it does where a motion turns."""
+        v, span = self.velocity_m_s, max(1, int(TURN_S * self.rate_hz))
+        changes = np.abs(v[span:] - v[:-span])
+        slow = abs(float(v[0])) < REST_SHARE * float(np.abs(v).max())
+        return slow and bool(changes[0] < TURN_SHARE * changes.max())
 
     @property
     def slow(self) -> int:

@@ -66,3 +66,13 @@ def test_only_a_motion_that_hardly_changes_in_a_sample_is_thinned(amplitude_m_s,
 
 def test_a_run_whose_current_changes_is_never_thinned():
     assert _moving(0.015, 0.1, np.linspace(0.0, 1.0, 4000)).slow == 1
+
+
+@pytest.mark.parametrize(
+    ("phase", "ramp_s", "rest"), [(0.0, 0.5, True), (0.0, 0.0, False), (1.0, 0.0, False)]
+)
+def test_a_record_cut_where_its_motion_turns_does_not_start_at_rest(phase, ramp_s, rest):
+    t = np.arange(800) / RATE_HZ
+    v = np.sin(2.0 * np.pi * 3.0 * t + phase) * (np.clip(t / ramp_s, 0.0, 1.0) if ramp_s else 1.0)
+    flat = np.zeros(t.size)
+    assert Record(0, RATE_HZ, v, flat, flat, flat, flat, flat).starts_at_rest is rest
