@@ -52,7 +52,9 @@ nice -n -10 "$PYTHON" -m mrctl run -c vehicle.yaml >daemon.log 2>&1 & daemon=$!
 nice -n -10 "$PYTHON" -m mrctl plant -c vehicle.yaml >plant.log 2>&1 & plant=$!
 
 # True when the last state among the lines of the log after line $1 is ACTIVE for every damper.
-controls_after() { tail -n "+$(($1 + 1))" bus.log | grep -E ' 200#' | tail -n 1 | grep -qE "$ALL_ACTIVE"; }
+controls_after() {
+  awk -v from="$1" -v all="$ALL_ACTIVE" 'NR > from && / 200#/ {last = $0} END {exit last !~ all}' bus.log
+}
 lines() { wc -l <bus.log; }
 
 wait_for 120 controls_after 0
