@@ -16,6 +16,8 @@ from virtual import Bench, protocol, random_damper
 
 ALIKE = 0.01  # of a slope's RMS: a knot may be crossed by the step
 STEP = 1e-5
+NOTHING_N = 1e-6  # a step of a parameter: less is none
+ROUNDING_N = 1e-9  # of a simulated force; an effect's own slopes are differences
 
 
 @pytest.fixture(scope="module")
@@ -59,4 +61,5 @@ def test_slopes_are_what_a_small_step_does(model, names):
             have.append(row)
             want.append(((joint.weighed(record, force) - here) / small)[-row.size :])
         want, have = np.concatenate(want), np.concatenate(have)
-        assert np.sqrt(np.mean((want - have) ** 2)) <= ALIKE * np.sqrt(np.mean(want**2)) + 1e-4, k
+        nothing = NOTHING_N if k < joint.layout.size else ROUNDING_N / STEP
+        assert np.sqrt(np.mean((want - have) ** 2)) <= ALIKE * np.sqrt(np.mean(want**2)) + nothing, k

@@ -157,8 +157,7 @@ def test_the_log_names_the_cause(case: tuple[FrameFault, int, Part]) -> None:
         if line["event"] == "state" and line["after"] == "SUBSTITUTE" and DAMPERS[k] in line["dampers"]
     ]
     if fault.cause:
-        undisturbed = part.held_up_s <= HELD_UP_S
-        assert causes[0] == fault.cause or (not undisturbed and causes[0].endswith("_MISSING"))
+        assert causes[0] == fault.cause
     if fault.counted:  # said once a second
         late_s = part.end_s + 1.5 + part.held_up_s
         said = [line for line in part.log if part.begin_s <= line["time_s"] <= late_s]
