@@ -18,6 +18,11 @@ wait_for() {
   done
 }
 
+# `controls_after LINE`: whether the last state in bus.log after that line fits the script's pattern ALL_ACTIVE.
+controls_after() {
+  awk -v from="$1" -v all="$ALL_ACTIVE" 'NR > from && / 200#/ {last = $0} END {exit last !~ all}' bus.log
+}
+
 if [ "$1" = bus ]; then
   # A network and process space of its own: a vcan0 that nobody else writes to, nothing left running.
   ip link add vcan0 type vcan

@@ -51,10 +51,6 @@ candump -D -L -r 4194304 vcan0 >bus.log 2>candump.err & recorder=$!
 nice -n -10 "$PYTHON" -m mrctl run -c vehicle.yaml >daemon.log 2>&1 & daemon=$!
 nice -n -10 "$PYTHON" -m mrctl plant -c vehicle.yaml >plant.log 2>&1 & plant=$!
 
-# True when the last state among the lines of the log after line $1 is ACTIVE for every damper.
-controls_after() {
-  awk -v from="$1" -v all="$ALL_ACTIVE" 'NR > from && / 200#/ {last = $0} END {exit last !~ all}' bus.log
-}
 lines() { wc -l <bus.log; }
 
 wait_for 120 controls_after 0

@@ -39,10 +39,6 @@ record() { candump -D -L -r 4194304 vcan0 >>bus.log 2>>candump.err & recorder=$!
 start_car() { nice -n -10 "$PYTHON" -S car.py 2>>car.log & car=$!; }
 lines() { wc -l <bus.log; }
 begin() { echo "$1 $(lines) $(wc -l <daemon.log)" >>begins; }
-# True when the last state among the lines of the recording after line $1 is ACTIVE for every damper.
-controls_after() {
-  awk -v from="$1" -v all="$ALL_ACTIVE" 'NR > from && / 200#/ {last = $0} END {exit last !~ all}' bus.log
-}
 back() { local from; from=$(lines); wait_for 60 controls_after "$from"; sleep 0.5; }
 says() { tail -n "+$(($1 + 1))" daemon.log | grep -q "$2"; }
 
