@@ -18,9 +18,17 @@ TOLERANCE = 1e-4  # share of the cost that another step must win
 PLAIN_LAG_HZ = 20.0
 
 
-def raced(starts: Sequence[Array], fitted: Callable[..., JointFit], iterations: int) -> JointFit:
-    """The fit from the start that a few iterations promise most of; `fitted` as `JointModel.fit`."""
-    heats = [fitted(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
+def raced(
+    starts: Sequence[Array],
+    heat: Callable[..., JointFit],
+    fitted: Callable[..., JointFit],
+    iterations: int,
+) -> JointFit:
+    """The fit from the start that a few iterations promise most of.
+
+    heat, fitted: as `JointModel.fit`, the heats' on as much data as is enough to choose by.
+    """
+    heats = [heat(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
     best = min(heats, key=lambda heat: heat.total)
     return fitted(best.theta, iterations=iterations, tolerance=TOLERANCE)
 

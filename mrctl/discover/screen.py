@@ -68,10 +68,10 @@ def ranges_of(model: JointModel) -> Ranges:
 class Screen:
     """Looks at candidates beside one fitted model."""
 
-    def __init__(self, tangent: Tangent) -> None:
+    def __init__(self, tangent: Tangent, ranges: Ranges | None = None) -> None:
         self.tangent = tangent
         self.base = tangent.fit.model
-        self.ranges = ranges_of(self.base)
+        self.ranges = ranges_of(self.base) if ranges is None else ranges
         self.here = tangent.stacked(self.base.predict(tangent.fit.theta))
 
     def glance(self, effect: Effect) -> list[tuple[float, Vector]]:
@@ -227,9 +227,10 @@ def _bounded_step(normal: Array, right: Array, lower: Array, upper: Array) -> Ar
 
 def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely."""
-    screen = Screen(tangent)
-    glances = in_parallel(screen.glance, candidates)
+    ranges = ranges_of(tangent.fit.model)
+    glances = in_parallel(Screen(tangent.glance(), ranges).glance, candidates)
     order = sorted(range(len(candidates)), key=lambda k: -max(gain for gain, _ in glances[k]))
+    screen = Screen(tangent, ranges)
 
     def look(place: int) -> Look:
         effect, (_, start) = candidates[order[place]], max(glances[order[place]], key=lambda one: one[0])

@@ -199,18 +199,22 @@ def grown(before: Tangent, look: Look) -> JointFit:
         np.concatenate([fit.theta, 0.7 * neutral + 0.3 * own]),
         np.concatenate([fit.theta, 0.98 * neutral + 0.02 * own]),
     ]
-    fitted = partial(
-        model.fit,
-        penalties=weighed_as(fit.penalties, model.penalties()),
-        free=np.concatenate([moving(fit), look.free]),
-        rounds=1,
+    few = before.few.with_effects(model.effects)
+    heat, fitted = (
+        partial(
+            on.fit,
+            penalties=weighed_as(fit.penalties, model.penalties()),
+            free=np.concatenate([moving(fit), look.free]),
+            rounds=1,
+        )
+        for on in (few, model)
     )
     start = min(starts, key=model.cost)
     again = [start]
     if effect.stage is Stage.MOTION:
         points = effect.starting_points(ranges_of(model))
         again += [np.concatenate([fit.theta, alone.pack({effect.name: point})]) for point in points]
-    return raced([start, *(with_plain_lag(model, one) for one in again)], fitted, ITERATIONS)
+    return raced([start, *(with_plain_lag(model, one) for one in again)], heat, fitted, ITERATIONS)
 
 
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:

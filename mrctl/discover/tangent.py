@@ -6,13 +6,15 @@ penalties count as data, so that a table is as free as its fit left it and no fr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from mrctl.identify.joint import JointFit
+from mrctl.discover.sample import sampled
+from mrctl.identify.joint import JointFit, JointModel
 from mrctl.identify.penalties import total_weight
 
 Array = NDArray[np.float64]
@@ -36,6 +38,17 @@ class Tangent:
     lower: Array  # how far each moving parameter may go
     upper: Array
     frozen: bool = False
+
+    @cached_property
+    def few(self) -> JointModel:
+        """The model on as much data as is enough to choose by."""
+        return sampled(self.fit.model, self.fit.theta)
+
+    def glance(self) -> Tangent:
+        """The tangent on that much data; itself where that is all."""
+        if self.few is self.fit.model:
+            return self
+        return Tangent.of(replace(self.fit, model=self.few), frozen=self.frozen)
 
     @classmethod
     def of(cls, fit: JointFit, *, frozen: bool = False) -> Tangent:

@@ -18,6 +18,10 @@ wait_for() {
   done
 }
 
+# `record` writes the bus to bus.log: before all others on the CPU and with room for many frames, since one that is
+# missing there would look as if it had not been sent. One that is lost nevertheless leaves a line that no reader takes.
+record() { nice -n -20 candump -D -d -L -r 67108864 vcan0 >>bus.log 2>>candump.err & recorder=$!; }
+
 # `controls_after LINE`: whether the last state in bus.log after that line fits the script's pattern ALL_ACTIVE.
 controls_after() {
   awk -v from="$1" -v all="$ALL_ACTIVE" 'NR > from && / 200#/ {last = $0} END {exit last !~ all}' bus.log

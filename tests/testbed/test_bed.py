@@ -11,8 +11,6 @@ from bed import Bed, BedError, Result
 
 pytestmark = pytest.mark.testbed
 
-# candump: -D goes on after an interface went down, -L is the log format, -r a buffer that holds every frame.
-RECORD = "candump -D -L -r 4194304 vcan0 >bus.log 2>candump.err & recorder=$!\n"
 
 SEND_WITH_PYTHON = """
 import sys
@@ -40,9 +38,8 @@ def sent() -> list[tuple[int, bytes]]:
 @pytest.fixture(scope="module")
 def tour(bus: Bed, sent: list[tuple[int, bytes]]) -> Result:
     """One script for several tests, as every start of Python costs seconds in the guest."""
-    script = (
-        RECORD
-        + """
+    script = """
+        record
         sleep 0.5
         "$PYTHON" send.py
         mark sent
@@ -59,7 +56,6 @@ def tour(bus: Bed, sent: list[tuple[int, bytes]]) -> Result:
         kill "$recorder"
         wait "$recorder" || true
         """
-    )
     frames = "".join(f"{can_id:X} {data.hex()}\n" for can_id, data in sent)
     return bus.run(script, files={"send.py": SEND_WITH_PYTHON, "frames.txt": frames}).checked()
 

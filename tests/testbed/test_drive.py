@@ -46,7 +46,7 @@ def rubbish() -> list[str]:
 
 
 SCRIPT = """
-candump -D -L -r 4194304 vcan0 >bus.log 2>candump.err & recorder=$!
+record
 # Before the many short-lived processes below, each of which keeps the guest's only CPU busy for a while.
 nice -n -10 "$PYTHON" -m mrctl run -c vehicle.yaml >daemon.log 2>&1 & daemon=$!
 nice -n -10 "$PYTHON" -m mrctl plant -c vehicle.yaml >plant.log 2>&1 & plant=$!

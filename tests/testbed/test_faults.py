@@ -35,7 +35,6 @@ FLOOD = 20_000
 INPUTS = ("RelativeVelocity", "BodyVelocity", "CaseTemperature")
 
 SCRIPT = """
-record() { candump -D -L -r 4194304 vcan0 >>bus.log 2>>candump.err & recorder=$!; }
 start_car() { nice -n -10 "$PYTHON" -S car.py 2>>car.log & car=$!; }
 lines() { wc -l <bus.log; }
 begin() { echo "$1 $(lines) $(wc -l <daemon.log)" >>begins; }
@@ -240,8 +239,9 @@ def test_frames_that_the_buffer_lost_are_counted_in_the_log(
     begins: dict[str, tuple[int, int]], log: list[dict[str, Any]]
 ) -> None:
     lines = during("overflow", begins, log, 1)
-    (dropped,) = [line["detail"] for line in lines if line["event"] == "frames_dropped"]
-    assert 1000 < int(dropped.split()[1]) < FLOOD
+    # Once, or in parts where a busy machine lets the controller read in between.
+    dropped = [int(line["detail"].split()[1]) for line in lines if line["event"] == "frames_dropped"]
+    assert 1000 < sum(dropped) < FLOOD
     assert any(line["event"] == "frames_stale" for line in lines)
 
 

@@ -33,7 +33,7 @@ from vehicle import CONFIG, DAMPERS, guest_files, violations
 pytestmark = pytest.mark.testbed
 
 SCRIPT = """
-candump -D -L -r 4194304 vcan0 >bus.log 2>candump.err & recorder=$!
+record
 nice -n -10 "$PYTHON" -m mrctl run -c vehicle.yaml >daemon.log 2>&1 & daemon=$!
 running() { grep -q '"event": "realtime"' daemon.log; }
 wait_for 120 running

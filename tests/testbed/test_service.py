@@ -40,7 +40,7 @@ cp "$MRCTL_UNIT" $unit
 sed "s#{job}#$PWD#" drop_in >$unit.d/guest.conf
 systemctl daemon-reload
 
-candump -D -L -r 4194304 vcan0 >bus.log 2>candump.err & recorder=$!
+record
 nice -n -10 "$PYTHON" -S car.py 2>car.log & car=$!
 trap 'systemctl stop mrctl; journalctl -u mrctl --no-pager >journal.log
   journalctl -u mrctl --no-pager -o json >journal.json; kill $car $recorder; wait' EXIT
