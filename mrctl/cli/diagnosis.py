@@ -61,8 +61,9 @@ def write_extended(
     output: str,
     what: str,
     history: Sequence[Step] = (),
+    notes: Sequence[str] = (),
 ) -> None:
-    """The extended damper as a calibration with its history."""
+    """The extended damper as a calibration with its history; notes: more about how it was made."""
     today = datetime.now(UTC).date().isoformat()
     steps = [
         Step(
@@ -76,11 +77,11 @@ def write_extended(
         )
         for effects, rmse in extension.steps
     ]
+    how = f"base and effects fitted jointly, proven on {len(extension.held_out)} runs not in that fit."
     provenance = Provenance(
         source=f"{len(campaign)} runs in {data}",
         created=today,
-        method=f"mrctl {what}: base model and effects fitted jointly, proven on {len(extension.held_out)} "
-        "runs left out",
+        method=" ".join([f"mrctl {what}: {how}", *notes]),
         data_sha256=campaign.sha256,
         history=(*history, *steps),
     )

@@ -11,9 +11,12 @@ from pathlib import Path
 from mrctl.cli.diagnose import print_diagnosis
 from mrctl.cli.diagnosis import data_arguments, extension_figures, load_sound, write_extended
 from mrctl.cli.extend import print_extension
+from mrctl.cli.identify import kept_out, prediction, said
 from mrctl.discover.discover import discover
 from mrctl.discover.figures import diagnosis_figures, parameters_of
 from mrctl.errors import InputError
+from mrctl.identify.best import identify_best
+from mrctl.measurements.left_out import part
 from mrctl.report.progress import Progress
 from mrctl.yaml_source.writer import write_atomically
 
@@ -25,17 +28,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     data_arguments(parser)
     parser.add_argument("-o", "--output", required=True, metavar="CAL.yaml", help="the calibration to write")
     parser.add_argument("--name", help="what to call the damper (default: the folder's name)")
+    parser.add_argument(
+        "--leave-out",
+        metavar="NAMES",
+        help="find and fit without runs of such names, and predict them with and without what was found",
+    )
     parser.epilog = """\
 An effect that the data cannot tell from another is not added: the next run to make is proposed instead.
 
-example:
+examples:
   mrctl discover campaign/ -o damper.yaml --report discovery.html
+  mrctl discover campaign/ -o damper.yaml --leave-out '*_5Hz_*'
 """
 
 
 def run(args: argparse.Namespace) -> int:
     """Discover, print, write."""
-    campaign = load_sound(args)
+    campaign, left_out = part(load_sound(args), args.leave_out)
     with Progress("Discovering", 1.0, quiet=args.quiet or args.json == "-") as progress:
         try:
             result = discover(campaign, progress.update)
@@ -43,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
             raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
     extension = result.extension
     name = args.name or Path(args.data).resolve().stem
-    write_extended(extension, name, campaign, args.data, args.output, "discover")
+    write_extended(extension, name, campaign, args.data, args.output, "discover", notes=kept_out(args))
     parameters = {name: parameters_of(extension.fit, name) for name in extension.effects}
     diagnosis = diagnosis_figures(result.diagnosis)
     figures = {
@@ -57,6 +66,11 @@ def run(args: argparse.Namespace) -> int:
         "diagnosis": diagnosis,
         "next_run": diagnosis["next_run"],
     }
+    if left_out.runs:
+        figures["left_out"] = {
+            "identify": prediction(left_out, identify_best(campaign).damper),
+            "discover": prediction(left_out, extension.damper),
+        }
     if args.report:
         from mrctl.discover.discover_report import write_discovery  # noqa: PLC0415 - only who asks for it loads it
 
@@ -72,5 +86,8 @@ def run(args: argparse.Namespace) -> int:
         print_diagnosis(result.diagnosis, diagnosis)
         print()
         print_extension(figures, args.output)
+        if left_out.runs:
+            for what, figure in figures["left_out"].items():
+                print(f"left out, by {what}: {said(figure)}")
         print(f"\nnow: {result.verdict}. {result.words}")
     return 0

@@ -20,6 +20,7 @@ from mrctl.identify.forward import modelled
 from mrctl.identify.page import write_page
 from mrctl.identify.result import Errors, errors_of
 from mrctl.measurements import Campaign, load_campaign, require_sound
+from mrctl.measurements.left_out import part
 from mrctl.model.damper import Damper
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
@@ -44,12 +45,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--name", help="what to call the damper (default: the folder's name)")
     parser.add_argument("--json", metavar="FILE", help="write the figures as JSON; - is standard output")
     parser.add_argument("--report", metavar="F.html", help="write a report with pictures")
+    parser.add_argument("--leave-out", metavar="NAMES", help="fit without runs of such names; predict them")
     parser.add_argument("--quiet", action="store_true", help="no progress, no table")
     parser.epilog = """\
 `best` takes any campaign and says what it could not learn from it; `paper` needs runs at constant currents.
 
-example:
+examples:
   mrctl identify campaign/ -o damper.yaml --report damper.html
+  mrctl identify campaign/ -o damper.yaml --leave-out '*_5Hz_*'
 """
 
 
@@ -59,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
     campaign = load_campaign(args.data, args.columns)
     for problem in require_sound(campaign):
         print(f"warning: {problem}", file=sys.stderr)
+    campaign, left_out = part(campaign, args.leave_out)
     damper, std, notes = _identified(args, campaign)
     forces = damper_forces(campaign, damper)
     errors = errors_of(campaign, list(range(len(forces))), forces)
@@ -75,12 +79,16 @@ def run(args: argparse.Namespace) -> int:
     provenance = Provenance(
         source=f"{len(errors.runs)} runs in {args.data}",
         created=datetime.now(UTC).date().isoformat(),
-        method=" ".join([f"mrctl identify --method {args.method}: {METHODS[args.method]}.", *notes]),
+        method=" ".join(
+            [f"mrctl identify --method {args.method}: {METHODS[args.method]}.", *kept_out(args), *notes]
+        ),
         data_sha256=campaign.sha256,
         history=history,
     )
     dump_calibration(calibration_from_damper(name, damper, provenance, std), args.output)
     figures = _figures(args, damper, errors, notes, time.monotonic() - began)
+    if left_out.runs:
+        figures["left_out"] = prediction(left_out, damper)
     if args.report:
         by_run = {run.name: force for run, force in zip(campaign.runs, forces, strict=True)}
         write_page(Path(args.report), name, args.method, campaign, damper, std, errors, by_run, notes)
@@ -91,6 +99,8 @@ def run(args: argparse.Namespace) -> int:
         write_atomically(args.json, json.dumps(figures, indent=2) + "\n")
     if not args.quiet:
         _print(errors, notes, args.output)
+        if left_out.runs:
+            print(f"left out: {said(figures['left_out'])}")
     return 0
 
 
@@ -108,6 +118,28 @@ def _identified(
             return paper.damper, {}, list(paper.notes)
         result = identify_best(campaign, lambda done, total, what: progress.update(done / total, what))
     return result.damper, result.std, [f"{finding}." for finding in result.findings]
+
+
+def kept_out(args: argparse.Namespace) -> list[str]:
+    """What the calibration says of runs that were left out."""
+    return [f"Without the runs {args.leave_out}."] if args.leave_out else []
+
+
+def prediction(left_out: Campaign, damper: Damper) -> dict[str, Any]:
+    """How well a damper predicts runs that no fit has seen: their files, RMSE in N and fit in percent."""
+    errors = errors_of(left_out, list(range(len(left_out))), damper_forces(left_out, damper))
+    return {
+        "files": [run.name for run in left_out.runs],
+        "rmse_n": errors.rmse_n,
+        "fit_percent": errors.fit_percent,
+    }
+
+
+def said(figures: dict[str, Any]) -> str:
+    """A prediction in words."""
+    count = len(figures["files"])
+    runs = "1 run" if count == 1 else f"{count} runs"
+    return f"{runs} predicted with RMSE {figures['rmse_n']:.3g} N, fit {figures['fit_percent']:.1f} %"
 
 
 def damper_forces(campaign: Campaign, damper: Damper) -> list[Array]:
