@@ -159,7 +159,8 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     every = base.mean_square - best.proof.mean_square
     if taken > LATER_SHARE * every or taken > max(LATER_LEFT * left, LATER_LEAST * every):
         return True
-    return before.judged > before.most_noise and after.judged <= min(before.most_noise, after.most_noise)
+    cleared = after.excess <= 0.0 and after.judged <= before.most_noise
+    return before.excess > 0.0 and cleared
 
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
@@ -242,12 +243,11 @@ class Balance:
 def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     """What a model leaves over the noise, beyond the doubt about the noise itself."""
     budget = evidence.budget(final.fit)
-    excess = budget.judged - budget.most_noise
     structured = left.explained_n2 - LEFT_OF_NOISE * left.mean_square_n2 if left.significant else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
     line = line_of(evidence.steady_errors(final.fit), rates)
     shaken = 0.0 if line is None else line.mean_square_n2
-    return Balance(budget.total, budget.noise, budget.measured, max(excess, structured, shaken, 0.0), line)
+    return Balance(budget.total, budget.noise, budget.measured, max(budget.excess, structured, shaken), line)
 
 
 def _verdict(

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.budget import Budget, budget_of
 from mrctl.discover.folds import folds_of
 from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
@@ -16,7 +17,6 @@ from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import with_plain_lag
 from mrctl.discover.refit import part
 from mrctl.discover.search import Folds
-from mrctl.discover.spectral_floor import spectral_floor
 from mrctl.discover.step_times import timed
 from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
@@ -35,22 +35,8 @@ SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower runs are refined, faster ones a
 LONG_S = 120.0  # ... in a campaign longer than this at half these rates
 REST_M_S = 1e-4
 MOVED_M = 1e-5
-MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
 FEWEST_CYCLES = 3  # of a run that repeats, to be searched
 LONGEST_S = 10.0  # a longer run may be heating up
-CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
-KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles
-
-
-@dataclass(frozen=True, slots=True)
-class Budget:
-    """Mean squares in N² at full rate: what a fit leaves, that where the noise is known, the noise there."""
-
-    total: float
-    judged: float
-    noise: float
-    measured: bool  # from cycle to cycle
-    most_noise: float  # that cannot be ruled out
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,38 +162,13 @@ class Evidence:
         return prove(fit, self.folds)
 
     def budget(self, fit: JointFit) -> Budget:
-        """What a fit leaves, and how much of that is noise.
-
-        It is measured where runs repeat; elsewhere read off the spectrum of what the fit leaves. What the
-        velocity's noise makes of the model's force comes on top: the true force knows nothing of it. Where
-        neither shows it, all that is left counts as noise, but for what the signals predict of it.
-        """
+        """What a fit leaves, and how much of that is noise."""
         errors = self.steady_errors(fit)
-        total = float(np.mean(np.concatenate(errors) ** 2))
         brought = [
             f[f.size - e.size :]
             for f, e in zip(input_noise(fit, self.full, self.motion_noise), errors, strict=True)
         ]
-        known = [
-            (f.floor_n**2 + float(np.mean(b * b)), e)
-            for f, b, e in zip(self.floors, brought, errors, strict=True)
-            if f.floor_n is not None
-        ]
-        samples = sum(e.size for _, e in known)
-        if samples >= KNOWN_SHARE * sum(e.size for e in errors):
-            # Runs whose noise is not known are not held against that of the others.
-            noise = sum(e.size * square for square, e in known) / samples
-            judged = sum(float(e @ e) for _, e in known) / samples
-            return Budget(total, judged, noise, measured=True, most_noise=(1.0 + CYCLE_DOUBT) * noise)
-        spectral = spectral_floor(errors, [r.rate_hz / r.finer for r in self.full], brought)
-        # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
-        least = float(np.median([f.lower_bound_n for f in self.floors]))
-        most = (MOST_COLOURED * least) ** 2 + float(np.mean(np.concatenate(brought) ** 2))
-        noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
-        upper = noise if spectral is None else min(spectral.most_n**2, most)
-        return Budget(
-            total, total, noise, measured=False, most_noise=max((1.0 + SPECTRAL_DOUBT) * noise, upper)
-        )
+        return budget_of(errors, brought, self.floors, [r.rate_hz / r.finer for r in self.full])
 
     def steady_errors(self, fit: JointFit) -> list[Array]:
         """Measured less modelled force in N at the samples measured, without starts that a fit leaves out."""

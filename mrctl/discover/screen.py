@@ -24,12 +24,13 @@ Array = NDArray[np.float64]
 STEPS = 4
 CLIMBED = 7
 HALVINGS = 3
-SMALLER = 0.2  # of the usual size: an effect may be far below it
+SMALLER = 0.2  # of the usual size: an effect may be far below it, ...
+FAR = 10.0  # ... but on the way to a limit that is never reached there is nothing
 SLOPE_STEP = 1e-3  # of a parameter's scale
 WORTH = 0.02  # share of the gain so far that another step must promise
-ABSORBED = (
-    3e-4  # share of a slope's square beyond the model: less, and the model can do without that parameter
-)
+# Shares of a slope's square, less than which a parameter can be done without: what is beyond the model, ...
+ABSORBED = 3e-4
+TWIN = 1e-5  # ... and beyond the effect's other parameters, as far as differences are exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,15 +145,25 @@ class Screen:
             )
 
         def _hold_absorbed(self, values: Array) -> Array:
-            """Leave to the model what its own parameters do as well: such a parameter goes to neutral."""
+            """Leave to the model what its own parameters do as well: such a parameter goes to neutral.
+
+            So does one that here only does what the effect's parameters before it do.
+            """
             slopes = self._slopes(values, self._force(values))
             size = np.sum(slopes**2, axis=1)
-            left = np.sum(slopes * self._tangent.beyond(slopes), axis=1)
+            gram = slopes @ self._tangent.beyond(slopes).T
             values = values.copy()
-            for k, whole, rest in zip(np.flatnonzero(self._free), size, left, strict=True):
-                if whole > 0.0 and rest < ABSORBED * whole:
+            kept: list[int] = []
+            for row, k in enumerate(np.flatnonzero(self._free)):
+                twin = gram[row, row]
+                if kept:
+                    across = gram[np.ix_(kept, [row])][:, 0]
+                    twin -= across @ np.linalg.pinv(gram[np.ix_(kept, kept)], hermitian=True) @ across
+                if gram[row, row] <= ABSORBED * size[row] or twin <= TWIN * size[row]:
                     values[k] = self._effect.parameters[k].neutral
                     self._free[k] = False
+                else:
+                    kept.append(row)
             return values
 
         def _usual(self) -> tuple[float, float]:
@@ -207,7 +218,8 @@ class Screen:
 def _starts(effect: Effect, ranges: Ranges) -> list[Vector]:
     """The effect's own starting points, and smaller ones where its force is not in proportion to it."""
     points = effect.starting_points(ranges)
-    if all(p.linear or p.held for p in effect.parameters):
+    far = any(abs(p.neutral) > FAR * abs(x) for p, x in zip(effect.parameters, points[0], strict=True))
+    if far or all(p.linear or p.held for p in effect.parameters):
         return points
     smaller = [
         tuple(n + SMALLER * (x - n) for x, n in zip(point, effect.neutral, strict=True)) for point in points

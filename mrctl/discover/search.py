@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof, chance, log_gain, prove
-from mrctl.discover.race import TOLERANCE, raced, with_plain_lag
+from mrctl.discover.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced, with_plain_lag
 from mrctl.discover.robust import second_opinions
 from mrctl.discover.screen import Look, Screen, looks, ranges_of
 from mrctl.discover.tangent import Tangent
@@ -27,6 +27,8 @@ MOST_FITTED = 5
 NEAR = 0.2  # of the best look's gain: looks below are not fitted
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
+_DEAR_TOGETHER = {Stage.MOTION, Stage.YIELD}  # no slope of theirs is known but by differences
+_WINDING = (Stage.MOTION, Stage.TEMPERATURE)  # whose first look says little about where they end
 CLOSE_TRIAL = 0.7  # of the best trial's gain, to be begun once more from its base
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
 ITERATIONS = 20
@@ -185,8 +187,8 @@ def grown(before: Tangent, look: Look) -> JointFit:
     """A fit with one more effect, base and effects moving together, weights as they are.
 
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
-    of the effect, or hardly any; or there with a plain lag for the filter, an effect on the motion from all
-    its starting points.
+    of the effect, or hardly any; with the base fitted anew beside the effect as it looked; or at the first of
+    these with a plain lag for the filter, some effects from all their starting points.
     """
     fit = before.fit
     effect = look.effect
@@ -210,11 +212,15 @@ def grown(before: Tangent, look: Look) -> JointFit:
         for on in (few, model)
     )
     start = min(starts, key=model.cost)
-    again = [start]
-    if effect.stage is Stage.MOTION:
-        points = effect.starting_points(ranges_of(model))
-        again += [np.concatenate([fit.theta, alone.pack({effect.name: point})]) for point in points]
-    return raced([start, *(with_plain_lag(model, one) for one in again)], heat, fitted, ITERATIONS)
+    again, settled = [start], []
+    stages = {e.stage for e in model.effects.chosen}
+    if not stages >= _DEAR_TOGETHER:
+        beside = np.concatenate([moving(fit), np.zeros(own.size, dtype=bool)])
+        settled = [heat(starts[1], free=beside, iterations=HEAT, tolerance=HEAT_TOLERANCE).theta]
+        if effect.stage in _WINDING:
+            points = effect.starting_points(ranges_of(model))
+            again += [np.concatenate([fit.theta, alone.pack({effect.name: point})]) for point in points]
+    return raced([start, *settled, *(with_plain_lag(model, one) for one in again)], heat, fitted, ITERATIONS)
 
 
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:

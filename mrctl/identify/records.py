@@ -14,7 +14,7 @@ from mrctl.measurements.run import Run
 
 Array = NDArray[np.float64]
 
-LIGHT_J_K = 100.0  # the fluid of a small damper
+LIGHT_J_K = 40.0  # the fluid of a small damper, or that in the gap of a large one
 HOTTEST_K = 60.0
 SHORTEST = 16  # samples; less says nothing about a third-order filter
 REST_SHARE = 0.03  # of a record's top speed: slower is at rest or turns

@@ -125,6 +125,18 @@ def test_an_unsound_setting_is_refused(chosen, said):
     assert said in str(caught.value)
 
 
+def test_an_optional_parameter_that_is_left_out_is_neutral():
+    drive = samples(make_drive(0.1))
+    short, whole = (
+        ForwardPipeline(with_effects(make_damper(), viscous_damping=values), DT_S)
+        for values in (
+            {"damping_n_s_m": 300.0, "thinning_per_k": 0.01},
+            {"damping_n_s_m": 300.0, "thinning_per_k": 0.01, "lag_s": 0.0},
+        )
+    )
+    assert [short.step(*sample) for sample in drive] == [whole.step(*sample) for sample in drive]
+
+
 def test_the_vehicle_loads_no_desk_library_for_effects():
     code = (
         "import sys, mrctl.model.pipeline as p, mrctl.model.effects.registry as r; r.effects();"

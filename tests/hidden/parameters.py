@@ -43,19 +43,24 @@ def _friction(p, case):
 
 def _viscous(p, case):
     at = REFERENCE_C - case["base"]["T0"]
-    return {"damping_n_s_m": p["VC"] * math.exp(-p["VB"] * at), "thinning_per_k": p["VB"]}
+    return {"damping_n_s_m": p["VC"] * math.exp(-p["VB"] * at), "thinning_per_k": p["VB"], "lag_s": 0.0}
 
 
 def _quadratic(p, case):
     same = p["QC"] == p["QCC"]
-    return {"coefficient_n_s2_m2": p["QC"] if same else f"{FORM}: one for each direction"}
+    return {"coefficient_n_s2_m2": p["QC"] if same else f"{FORM}: one for each direction", "lag_s": 0.0}
 
 
 def _hysteresis(p, case):
+    names = ("half_width_a", "share", "smoothness")
     if p["play_kind"] == 0:
-        return {"half_width_a": p["play_width"], "share": 1.0}
-    other = "three plays" if p["play_kind"] == 1 else "Coleman-Hodgdon"
-    return dict.fromkeys(("half_width_a", "share"), f"{FORM}: {other}")
+        return dict(zip(names, (p["play_width"], 1.0, 0.0), strict=True))
+    if p["play_kind"] == 1:
+        return dict.fromkeys(names, f"{FORM}: three plays")
+    share = 2.0 * p["play_width"] * p["play_rate"]
+    if share > 1.0:
+        return dict.fromkeys(names, f"{FORM}: after a reversal the field first goes on as before")
+    return dict(zip(names, (p["play_width"], share, 1.0), strict=True))
 
 
 def _heating(p, case):
@@ -83,31 +88,31 @@ def _end_stop(p, case):
 def _cavitation(p, case):
     if p["CAV"] == 3:
         return dict.fromkeys(
-            ("limit_n", "knee_n", "loss", "closing_m"), f"{FORM}: onset with compression speed"
+            ("limit_n", "knee_n", "loss", "closing_m", "rise_per_m"), f"{FORM}: onset with compression speed"
         )
+    own = {"limit_n": p["CFL"], "rise_per_m": 0.0}
     if p["CAV"] == 2:
-        return {"limit_n": p["CFL"], "knee_n": f"{FORM}: sharp", "loss": 0.85, "closing_m": p["CQ"]}
-    return {
-        "limit_n": p["CFL"],  # both approach it
-        "knee_n": f"{FORM}: soft all over",
+        return own | {"knee_n": f"{FORM}: sharp", "loss": 0.85, "closing_m": p["CQ"]}
+    return own | {
+        "knee_n": f"{FORM}: soft all over",  # both approach the limit
         "loss": 0.0,
         "closing_m": "no cavity, nothing to close",
     }
 
 
 def _stroke(p, case):
-    names = ("slope_per_m", "curvature_per_m2", "levelling_per_m2")
+    names = ("slope_per_m", "curvature_per_m2", "levelling_per_m2", "centre_m")
     if p["ST"] != 1:
         return dict.fromkeys(names, f"{FORM}: {'tanh taper' if p['ST'] == 2 else 'bypass groove'}")
     if not case["sensors"]["has_displacement"]:
         return dict.fromkeys(names, "the stroke's zero was not measured")
     bend = p["SA"] / p["SX"] ** 2
     middle = 1.0 + bend * p["SX0"] ** 2  # the factor at x = 0, which f takes
-    return dict(zip(names, (-2.0 * bend * p["SX0"] / middle, bend / middle, 0.0), strict=True))
+    return dict(zip(names, (-2.0 * bend * p["SX0"] / middle, bend / middle, 0.0, 0.0), strict=True))
 
 
 def _preyield(p, case):
-    names = ("yield_length_m", "compliance_m_n", "creep")
+    names = ("yield_length_m", "compliance_m_n", "creep", "share", "plastic")
     other = (
         "memory of the saturating part of g alone" if p["PY"] == 1 else "a spring before that part of g alone"
     )

@@ -112,7 +112,8 @@ class Parameter:
 
     `neutral` together with the other neutral values makes the effect vanish exactly. `typical` is where
     a fit starts and `scale` how large a change is of interest there. A fit leaves a `held` parameter at
-    its typical value unless asked. The force is `linear` in it when all else is fixed.
+    its typical value unless asked. The force is `linear` in it when all else is fixed. Where a calibration
+    leaves an `optional` one out, it is neutral.
     """
 
     name: str
@@ -125,6 +126,7 @@ class Parameter:
     scale: float = 0.0  # 0 stands for |typical|
     linear: bool = False
     held: bool = False
+    optional: bool = False
 
     @property
     def step_scale(self) -> float:
@@ -205,6 +207,7 @@ class Effect:
 
     def vector(self, values: Mapping[str, float]) -> Vector:
         """The parameters in order. Raises EffectError naming every one missing, unknown or out of bounds."""
+        values = {p.name: p.neutral for p in self.parameters if p.optional} | dict(values)
         known = {parameter.name for parameter in self.parameters}
         wrong = [f"unknown parameter {name}" for name in values if name not in known]
         for parameter in self.parameters:

@@ -8,6 +8,7 @@ from collections.abc import MutableSequence, Sequence
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 NO_LIMIT_N = 1e6
+LEAST_SHARE = 0.1  # of the limit, however far the rod is out
 
 
 def step(
@@ -20,11 +21,13 @@ def step(
 ) -> float:
     """The force in N: as it is down to limit less knee, then bent, in a parabola, towards the limit.
 
-    What the fluid does not follow opens a cavity, which the way back must close first.
+    The gas that holds it up is the more compressed, the further the rod is in. What the fluid does not follow
+    opens a cavity, which the way back must close first.
     """
-    over = -force_n - p[0] + p[1]
+    limit_n = p[0] * max(1.0 - p[4] * displacement_m, LEAST_SHARE)
+    over = -force_n - limit_n + p[1]
     if over > 0.0:
-        held_n = -p[0] if over >= 2.0 * p[1] else force_n + over * over / (4.0 * p[1])
+        held_n = -limit_n if over >= 2.0 * p[1] else force_n + over * over / (4.0 * p[1])
         if force_n < 0.0:
             s[0] += abs(velocity_m_s) * dt_s * (1.0 - held_n / force_n)
         return held_n
@@ -48,8 +51,10 @@ def start(
 def _guesses(ranges: Ranges) -> list[Vector]:
     # Where it cavitates, the limit is about the largest compression force seen.
     most = ranges.compression_force_n or ranges.force_n
-    shares, losses = (1.0, 0.95, 0.85, 0.7), (0.0, 0.7)
-    return [(share * most, 0.05 * most, loss, 2e-3) for loss in losses for share in shares]
+    stiffer = 0.2 / max(ranges.displacement_m, 1e-3)
+    kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
+    shares = (1.0, 0.95, 0.85, 0.7)
+    return [(share * most, 0.05 * most, loss, 2e-3, rise) for loss, rise in kinds for share in shares]
 
 
 EFFECT = Effect(
@@ -57,7 +62,7 @@ EFFECT = Effect(
     stage=Stage.LIMIT,
     summary="The compression force cannot exceed what the gas pressure holds up; beyond, vapour forms.",
     equation=(
-        "F >= -limit, with a parabola from limit - knee to limit + knee; "
+        "F >= -limit (1 - rise x), with a parabola from limit - knee to limit + knee; "
         "cavity y: dy/dt = |v| (1 - limit/|F|) while limited, -v on the way back, "
         "where F is 1 - loss y/(y + closing) of itself"
     ),
@@ -67,6 +72,17 @@ EFFECT = Effect(
         Parameter("knee_n", "N", 50.0, 1.0, 5e3, 50.0, "half width of the transition to it"),
         Parameter("loss", "1", 0.0, 0.0, 1.0, 0.0, "of the rebound force while a cavity is open", 0.3),
         Parameter("closing_m", "m", 2e-3, 1e-4, 0.02, 2e-3, "cavity at which half of that is lost"),
+        Parameter(
+            "rise_per_m",
+            "1/m",
+            0.0,
+            0.0,
+            50.0,
+            0.0,
+            "growth of the limit as the rod goes in",
+            1.0,
+            optional=True,
+        ),
     ),
     step=step,
     inverse=Undo.NOT_UNDONE,

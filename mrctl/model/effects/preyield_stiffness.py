@@ -11,6 +11,8 @@ from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vec
 LARGEST_GAIN = 5.0
 # Below this part of the shape the fluid creeps at a rate that no longer rises.
 SMALLEST_SHAPE = 1e-3
+# The plastic part turns round over no less than this: with no length at all it would jump at every reversal.
+SHORTEST_M = 1e-5
 
 
 def step(
@@ -24,28 +26,32 @@ def step(
 ) -> float:
     """The force in N; exact for a shape that runs straight over the sample's displacement."""
     length = p[0] + p[1] * level_n
-    if length <= 0.0:
+    if length <= 0.0 and p[4] <= 0.0:
         return force_n
     shape = force_n / level_n
-    way = abs(velocity_m_s) * dt_s / (length * max(abs(shape), SMALLEST_SHAPE) ** p[2])
-    decay = math.exp(-way)
-    mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
-    elastic: float = shape - (shape - s[1]) * mean + (s[0] - s[1]) * decay
+    elastic = shape
+    if length > 0.0:
+        way = _way(p, length, shape, velocity_m_s, dt_s)
+        decay = math.exp(-way)
+        mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
+        elastic = shape - (shape - s[1]) * mean + (s[0] - s[1]) * decay
     s[0] = elastic
     s[1] = shape
-    return elastic * level_n
+    s[2] = _saturated(s[2], length, velocity_m_s, dt_s)
+    return _together(p, shape, elastic, s[2]) * level_n
 
 
 def start(
     p: Sequence[float],  # noqa: ARG001 - the stage's
     force_n: float,
-    velocity_m_s: float,  # noqa: ARG001 - the stage's
+    velocity_m_s: float,
     displacement_m: float,  # noqa: ARG001 - the stage's
     level_n: float,
     dt_s: float,  # noqa: ARG001 - the stage's
 ) -> list[float]:
-    """Yielded: the force is the static one."""
-    return [force_n / level_n, force_n / level_n]
+    """Yielded: the elastic shape is the static one, the plastic part as the motion; at rest it is 0."""
+    sign = math.copysign(1.0, velocity_m_s) if velocity_m_s != 0.0 else 0.0
+    return [force_n / level_n, force_n / level_n, sign]
 
 
 def undo(
@@ -57,36 +63,70 @@ def undo(
     level_n: float,
     dt_s: float,
 ) -> float:
-    """The static force in N whose current makes the wanted force with the elastic shape of this moment."""
+    """The static force in N whose current makes the wanted force with the elastic shapes of this moment."""
     length = p[0] + p[1] * level_n
-    if length <= 0.0:
+    if length <= 0.0 and p[4] <= 0.0:
         return wanted_n
     shape = s[1]  # of the sample before: this one's is what the current is sought for
-    way = abs(velocity_m_s) * dt_s / (length * max(abs(shape), SMALLEST_SHAPE) ** p[2])
-    elastic = shape + (s[0] - shape) * math.exp(-way)
-    if abs(shape) >= LARGEST_GAIN * abs(elastic):
-        return wanted_n * math.copysign(LARGEST_GAIN, shape * elastic)
-    return wanted_n * shape / elastic
+    elastic = shape
+    if length > 0.0:
+        elastic += (s[0] - shape) * math.exp(-_way(p, length, shape, velocity_m_s, dt_s))
+    made = _together(p, shape, elastic, _saturated(s[2], length, velocity_m_s, dt_s))
+    if abs(shape) >= LARGEST_GAIN * abs(made):
+        return wanted_n * math.copysign(LARGEST_GAIN, shape * made)
+    return wanted_n * shape / made
+
+
+def _way(p: Sequence[float], length_m: float, shape: float, velocity_m_s: float, dt_s: float) -> float:
+    """The sample's displacement in lengths of the elastic shape."""
+    way: float = abs(velocity_m_s) * dt_s / length_m / max(abs(shape), SMALLEST_SHAPE) ** p[2]
+    return way
+
+
+def _saturated(before: float, length_m: float, velocity_m_s: float, dt_s: float) -> float:
+    """The plastic part after a sample of one velocity, exactly; where nothing moves it stays."""
+    way = abs(velocity_m_s) * dt_s / max(length_m, SHORTEST_M)
+    return before - (math.copysign(1.0, velocity_m_s) - before) * math.expm1(-way)
+
+
+def _together(p: Sequence[float], shape: float, elastic: float, plastic: float) -> float:
+    """The force over f h."""
+    return (1.0 - p[3]) * shape + p[3] * elastic + p[4] * plastic
 
 
 def _guesses(_: Ranges) -> list[Vector]:
-    return [(5e-4, 0.0, 0.0), (5e-4, 0.0, 1.0)]
+    # The shape itself turns round, or a part beside it, which g then does not hold: as in Bouc-Wen.
+    return [
+        (5e-4, 0.0, 0.0, 1.0, 0.0),
+        (5e-4, 0.0, 1.0, 1.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.1),
+        (1e-3, 0.0, 0.0, 0.0, 0.3),
+    ]
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
     length = p[0] + 1e3 * p[1]
-    return {"stiffness at f h = 1 kN": (1e3 / length, "N/m")} if length > 0.0 else {}
+    elastic_n = 1e3 * (p[3] + p[4])
+    if length <= 0.0 or elastic_n <= 0.0:
+        return {}
+    return {"stiffness at f h = 1 kN": (elastic_n / length, "N/m")}
 
 
 EFFECT = Effect(
     name="preyield_stiffness",
     stage=Stage.YIELD,
     summary="After a reversal the force turns round over a length, not at once: the fluid is elastic first.",
-    equation="F = f h z, dz/dt = |v| (g - z) / (|g|^creep length), length = yield_length + compliance f h",
+    equation=(
+        "F = f h ((1 - share) g + share z + plastic y), dz/dt = |v| (g - z) / (|g|^creep length), "
+        "dy/dt = |v| (sign(v) - y) / length, length = yield_length + compliance f h; "
+        f"for y at least {SHORTEST_M:g} m"
+    ),
     source=(
         "Dahl, AIAA Journal 14 (1976); for MR dampers Ikhouane, Dyke, Smart Mater. Struct. 16 (2007). "
         "creep 0: Dahl, turning round over a length; 1: Maxwell, a spring in series with the fluid, whose "
         "flow at z is taken along the chord of g. "
+        "y: Wen, J. Eng. Mech. Div. ASCE 102 (1976), with n = 1 and beta = 0, which is Dahl's; with share 0 "
+        "it stands beside what follows the velocity at once, as in Spencer et al., J. Eng. Mech. 123 (1997). "
         "yield_length: the same strain at all currents, as in Bouc-Wen; compliance: the same stiffness."
     ),
     parameters=(
@@ -95,15 +135,44 @@ EFFECT = Effect(
             "compliance_m_n", "m/N", 0.0, 0.0, 2e-5, 0.0, "length that each newton of f h adds to it", 2e-7
         ),
         Parameter("creep", "1", 0.0, 0.0, 1.0, 0.0, "how far slow flow relaxes it: Dahl 0, Maxwell 1", 0.3),
+        Parameter(
+            "share",
+            "1",
+            1.0,
+            0.0,
+            1.0,
+            1.0,
+            "part of g that turns round so, the rest at once",
+            0.3,
+            optional=True,
+        ),
+        Parameter(
+            "plastic",
+            "1",
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            "part beside g, full once yielded at any speed",
+            0.05,
+            linear=True,
+            optional=True,
+        ),
     ),
     step=step,
     inverse=Undo.DIVIDE,
     inverse_note=(
-        "The elastic shape z is followed in the model, and the current is sought for the force over z in "
-        f"place of g, up to {LARGEST_GAIN:g} times; where z passes through 0 no current makes a force."
+        "The elastic shapes are followed in the model, and the current is sought for the force over their "
+        f"sum in place of g, up to {LARGEST_GAIN:g} times; where that passes through 0 no current makes a "
+        "force. Where g is small the current follows as slowly as without them, though the plastic part "
+        "would give it a hold."
     ),
     start=start,
-    states=("elastic shape z, -1 to 1", "shape g of the sample before"),
+    states=(
+        "elastic shape z, -1 to 1",
+        "shape g of the sample before",
+        "plastic part y, -1 to 1",
+    ),
     undo=undo,
     guesses=_guesses,
     derived=_derived,

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.lag import lagged
 
 
 def step(
@@ -19,23 +20,58 @@ def step(
     dt_s: float,
 ) -> float:
     """The orifice force in N."""
+    s[0] = lagged(_steady(p, velocity_m_s), s[0], p[1], dt_s)
+    return s[0]
+
+
+def start(
+    p: Sequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    acceleration_m_s2: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> list[float]:
+    """The force has followed."""
+    return [_steady(p, velocity_m_s)]
+
+
+def _steady(p: Sequence[float], velocity_m_s: float) -> float:
     return p[0] * velocity_m_s * abs(velocity_m_s)
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
-    return [(0.05 * ranges.force_n / max(ranges.velocity_m_s, 0.01) ** 2,)]
+    coefficient = 0.05 * ranges.force_n / max(ranges.velocity_m_s, 0.01) ** 2
+    return [(coefficient, 0.0), (coefficient, 6e-3)]
 
 
 EFFECT = Effect(
     name="quadratic_damping",
     stage=Stage.ADDITIVE,
     summary="Turbulent flow through an orifice: force with the square of velocity, whatever the current.",
-    equation="F = coefficient v |v|",
-    source="Orifice law dp = rho Q^2 / (2 Cd^2 A^2); Dixon, The Shock Absorber Handbook, 2nd ed.",
+    equation="lag dF/dt + F = coefficient v |v|",
+    source=(
+        "Orifice law dp = rho Q^2 / (2 Cd^2 A^2); Dixon, The Shock Absorber Handbook, 2nd ed. The chamber's "
+        "compliance may make it lag as the force behind H does."
+    ),
     parameters=(
         Parameter("coefficient_n_s2_m2", "N*s^2/m^2", 0.0, 0.0, 1e5, 400.0, "force at 1 m/s", linear=True),
+        Parameter(
+            "lag_s",
+            "s",
+            0.0,
+            0.0,
+            0.05,
+            0.0,
+            "time constant with which the force follows",
+            2e-3,
+            optional=True,
+        ),
     ),
     step=step,
+    start=start,
+    states=("force, N",),
     inverse=Undo.SUBTRACT,
     inverse_note="Its force at the measured velocity is taken off the wish.",
     guesses=_guesses,

@@ -43,7 +43,7 @@ def start(
 
 
 def _guesses(_: Ranges) -> list[Vector]:
-    return [(1e-4, 200.0, 2.0, 0.0), (1e-3, 200.0, 2.0, 0.0), (5e-3, 70.0, 2.0, 0.0)]
+    return [(1e-4, 200.0, 2.0, 0.0), (1e-3, 200.0, 2.0, 0.0), (5e-3, 70.0, 2.0, 0.0), (2e-2, 8.0, 2.0, 0.0)]
 
 
 def _plausible(p: Vector, _: Ranges) -> bool:
@@ -69,7 +69,7 @@ EFFECT = Effect(
     ),
     parameters=(
         Parameter("heating_k_j", "K/J", 0.0, 0.0, 0.05, 1e-3, "one over the heat capacity of the fluid"),
-        Parameter("cooling_time_s", "s", 200.0, 5.0, 2e4, 200.0, "time constant of fluid against case"),
+        Parameter("cooling_time_s", "s", 200.0, 2.0, 2e4, 200.0, "time constant of fluid against case"),
         Parameter("resistance_ohm", "ohm", 2.0, 0.0, 20.0, 2.0, "resistance of the coil", held=True),
         Parameter("rise_at_start_k", "K", 0.0, -20.0, 100.0, 0.0, "fluid above case when a run begins", 5.0),
     ),

@@ -21,23 +21,28 @@ def step(
     dt_s: float,
 ) -> float:
     """The factor on the static force."""
-    x = displacement_m / math.sqrt(1.0 + p[2] * displacement_m * displacement_m)
-    return max(1.0 + x * (p[0] + p[1] * x), SMALLEST_FACTOR)
+    x = displacement_m - p[3]
+    y = x / math.sqrt(1.0 + p[2] * x * x)
+    return max(1.0 + y * (p[0] + p[1] * y), SMALLEST_FACTOR)
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
     reach = max(ranges.displacement_m, 1e-3)
-    return [(0.05 / reach, 0.1 / reach**2, 0.0), (0.05 / reach, 0.5 / reach**2, 10.0 / reach**2)]
+    local = 0.5 / reach**2, 10.0 / reach**2
+    return [
+        (0.05 / reach, 0.1 / reach**2, 0.0, 0.0),
+        *((0.05 / reach, *local, centre * reach) for centre in (0.0, -0.4, 0.4)),
+    ]
 
 
 EFFECT = Effect(
     name="stroke_dependent_damping",
     stage=Stage.FACTOR,
     summary="Damping changes along the stroke: bypass grooves, a tapered bore, a metering pin.",
-    equation="factor = 1 + slope y + curvature y^2, y = x / sqrt(1 + levelling x^2)",
+    equation="factor = 1 + slope y + curvature y^2, y = (x - centre) / sqrt(1 + levelling (x - centre)^2)",
     source=(
         "Position-dependent (bypass) dampers, Dixon, The Shock Absorber Handbook: to second order in x, "
-        "and level again beyond 1 / sqrt(levelling), where the groove or taper ends."
+        "and level again beyond 1 / sqrt(levelling) from its middle, where the groove or taper ends."
     ),
     parameters=(
         Parameter("slope_per_m", "1/m", 0.0, -200.0, 200.0, 3.0, "change of damping a metre", linear=True),
@@ -46,6 +51,17 @@ EFFECT = Effect(
         ),
         Parameter(
             "levelling_per_m2", "1/m^2", 0.0, 0.0, 1e6, 0.0, "how soon the change levels off along x", 2e3
+        ),
+        Parameter(
+            "centre_m",
+            "m",
+            0.0,
+            -0.5,
+            0.5,
+            0.0,
+            "where the groove or taper has its middle",
+            5e-3,
+            optional=True,
         ),
     ),
     step=step,

@@ -6,7 +6,8 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.lag import lagged
 
 REFERENCE_C = 40.0  # the temperature at which viscosity grades are stated (ISO 3448)
 
@@ -22,22 +23,61 @@ def step(
     dt_s: float,
 ) -> float:
     """The viscous force in N."""
+    s[0] = lagged(_steady(p, velocity_m_s, temperature_c), s[0], p[2], dt_s)
+    return s[0]
+
+
+def start(
+    p: Sequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    acceleration_m_s2: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> list[float]:
+    """The force has followed."""
+    return [_steady(p, velocity_m_s, temperature_c)]
+
+
+def _steady(p: Sequence[float], velocity_m_s: float, temperature_c: float) -> float:
     return p[0] * math.exp(-p[1] * (temperature_c - REFERENCE_C)) * velocity_m_s
+
+
+def _guesses(_: Ranges) -> list[Vector]:
+    return [(400.0, 0.015, 0.0), (400.0, 0.015, 6e-3)]
 
 
 EFFECT = Effect(
     name="viscous_damping",
     stage=Stage.ADDITIVE,
     summary="Plain viscosity, not scaled by the current, and thinner when warm.",
-    equation="F = damping exp(-thinning (T - 40 degC)) v",
-    source="Bingham damper's viscous part (Stanway 1987) with Reynolds' exponential viscosity law.",
+    equation="lag dF/dt + F = damping exp(-thinning (T - 40 degC)) v",
+    source=(
+        "Bingham damper's viscous part (Stanway 1987) with Reynolds' exponential viscosity law. The fluid is "
+        "as compliant here as where it yields, so that this force may lag as that behind H does."
+    ),
     parameters=(
         Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 400.0, "damping at 40 degC", linear=True),
         Parameter(
             "thinning_per_k", "1/K", 0.0, 0.0, 0.06, 0.015, "relative loss of viscosity a kelvin", 0.01
         ),
+        Parameter(
+            "lag_s",
+            "s",
+            0.0,
+            0.0,
+            0.05,
+            0.0,
+            "time constant with which the force follows",
+            2e-3,
+            optional=True,
+        ),
     ),
     step=step,
+    start=start,
+    states=("force, N",),
+    guesses=_guesses,
     inverse=Undo.SUBTRACT,
     inverse_note="Its force at the measured velocity and temperature is taken off the wish.",
 )

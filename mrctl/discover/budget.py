@@ -1,0 +1,97 @@
+"""What a fit leaves, and how much of that is noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.noise_floor import NoiseFloor
+from mrctl.discover.spectral_floor import spectral_floor
+
+Array = NDArray[np.float64]
+
+CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
+KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles to speak for all
+FEW_DOUBT = 0.7  # as CYCLE_DOUBT, where fewer are
+MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
+QUIET = 0.25  # quantile of the records, by what they leave over their sample-to-sample noise
+UNSTEADY, OUTBURSTS = (
+    1.3,
+    1.5,
+)  # RMS that is still one noise: over the quiet records', over the usual sample's
+SCALE = 1.4826  # of the median deviation, for a normal distribution
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """Mean squares in N² at full rate: what a fit leaves, that where the noise is known, the noise there."""
+
+    total: float
+    judged: float
+    noise: float
+    measured: bool  # from cycle to cycle
+    most_noise: float  # that cannot be ruled out
+    known_left: float = 0.0  # what the runs that repeat leave over their own noise, beyond doubt
+
+    @property
+    def excess(self) -> float:
+        """What is left beyond any noise that there may be."""
+        return max(self.judged - self.most_noise, self.known_left, 0.0)
+
+
+def budget_of(
+    errors: Sequence[Array],
+    brought: Sequence[Array],
+    floors: Sequence[NoiseFloor],
+    rates_hz: Sequence[float],
+) -> Budget:
+    """The budget of what a fit leaves of each record (n each, N) at its rate.
+
+    The noise is measured where runs repeat; elsewhere read off the spectrum of what the fit leaves. What the
+    velocity's noise makes of the model's force (`brought`, n each) comes on top: the true force knows nothing
+    of it. Where neither shows it, all that is left counts as noise, but for what the signals predict of it.
+    """
+    total = float(np.mean(np.concatenate(list(errors)) ** 2))
+    known = [
+        (f.floor_n**2 + float(np.mean(b * b)), e)
+        for f, b, e in zip(floors, brought, errors, strict=True)
+        if f.floor_n is not None
+    ]
+    samples = max(sum(e.size for _, e in known), 1)
+    measured = sum(e.size * square for square, e in known) / samples
+    judged = sum(float(e @ e) for _, e in known) / samples
+    if samples >= KNOWN_SHARE * sum(e.size for e in errors):
+        # Runs whose noise is not known are not held against that of the others.
+        return Budget(total, judged, measured, measured=True, most_noise=(1.0 + CYCLE_DOUBT) * measured)
+    known_left = judged - measured if judged > (1.0 + FEW_DOUBT) * measured else 0.0
+    spectral = spectral_floor(errors, rates_hz, brought)
+    # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
+    least = float(np.median([f.lower_bound_n for f in floors]))
+    most = min((MOST_COLOURED * least) ** 2 + _mean_square(brought), _steady(errors, brought, floors))
+    noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
+    upper = noise if spectral is None else min(spectral.most_n**2, most)
+    doubted = min((1.0 + SPECTRAL_DOUBT) * noise, max(most, noise))
+    return Budget(total, total, noise, measured=False, most_noise=max(doubted, upper), known_left=known_left)
+
+
+def _steady(errors: Sequence[Array], brought: Sequence[Array], floors: Sequence[NoiseFloor]) -> float:
+    """The largest mean square that noise can have which is the same in all records and at all times.
+
+    From run to run it may differ in size, then from sample to sample too. A model's errors come and go.
+    """
+    sizes = np.array([e.size for e in errors], dtype=np.float64)
+    own = np.array([float(np.mean(e * e)) for e in errors])
+    beside = np.array([float(np.mean(b * b)) for b in brought])
+    least = np.array([max(f.lower_bound_n, 1e-12) for f in floors])
+    quiet = float(np.quantile(np.sqrt(np.maximum(own - beside, 0.0)) / least, QUIET))
+    usual = np.array([SCALE * float(np.median(np.abs(e - np.median(e)))) for e in errors])
+    by_record = (UNSTEADY * quiet * least) ** 2 + beside
+    by_sample = (OUTBURSTS * usual) ** 2 + beside
+    return float(min(np.average(by_record, weights=sizes), np.average(by_sample, weights=sizes)))
+
+
+def _mean_square(parts: Sequence[Array]) -> float:
+    return float(np.mean(np.concatenate(list(parts)) ** 2))

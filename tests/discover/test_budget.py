@@ -1,0 +1,75 @@
+"""How much of what a fit leaves is noise: noise of several colours is, and what comes and goes is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from mrctl.discover.budget import budget_of
+from mrctl.discover.noise_floor import NoiseFloor
+from mrctl.discover.spectral_floor import spectral_floor
+
+RATE_HZ, RUNS, N = 1000.0, 10, 4000
+
+
+def coloured(rng, remembers, size_n):
+    """Noise that remembers so much of its last sample, of that RMS."""
+    drawn = lfilter([np.sqrt(1.0 - remembers**2)], [1.0, -remembers], rng.standard_normal(N + 500))
+    return size_n * drawn[500:]
+
+
+def floor_of(error):
+    """What a run that does not repeat shows of its noise: from sample to sample."""
+    least = float(np.sqrt(np.mean(np.diff(error, n=3) ** 2) / 20.0))
+    return NoiseFloor(None, "lower bound only", least)
+
+
+def left(errors, floors=None):
+    brought = [np.zeros(e.size) for e in errors]
+    return budget_of(errors, brought, floors or [floor_of(e) for e in errors], [RATE_HZ] * len(errors))
+
+
+@pytest.mark.parametrize(
+    ("remembers", "size_n", "white_n"),
+    [(0.0, 10.0, 0.0), (0.9, 10.0, 0.0), (0.9, 12.0, 6.0)],
+)
+def test_noise_is_recognised_whether_white_or_coloured_or_both(remembers, size_n, white_n):
+    rng = np.random.default_rng(1)
+    errors = [coloured(rng, remembers, size_n) + white_n * rng.standard_normal(N) for _ in range(RUNS)]
+    found = spectral_floor(errors, [RATE_HZ] * RUNS, [np.zeros(N)] * RUNS)
+    assert found is not None
+    assert found.noise_n == pytest.approx(np.hypot(size_n, white_n), rel=0.15)
+    assert left(errors).excess == 0.0
+
+
+def test_noise_with_its_power_below_thirty_hertz_is_not_taken_for_something_else():
+    rng = np.random.default_rng(5)
+    errors = [coloured(rng, 0.96, 10.0) + 4.0 * rng.standard_normal(N) for _ in range(RUNS)]
+    assert left(errors).excess == 0.0
+
+
+def test_what_some_runs_leave_and_others_do_not_is_no_noise():
+    rng = np.random.default_rng(2)
+    errors = [coloured(rng, 0.97, 60.0 if k % 2 else 2.0) + 5.0 * rng.standard_normal(N) for k in range(RUNS)]
+    assert left(errors).excess > 0.5 * np.mean(np.concatenate(errors) ** 2)
+
+
+def test_outbursts_are_no_noise():
+    rng = np.random.default_rng(3)
+    errors = [5.0 * rng.standard_normal(N) for _ in range(RUNS)]
+    for error in errors:
+        for at in rng.integers(0, N - 20, 20):
+            error[at : at + 20] += rng.choice([-1.0, 1.0]) * 60.0 * np.hanning(20)
+    assert left(errors).excess > 0.3 * np.mean(np.concatenate(errors) ** 2)
+
+
+def test_runs_that_repeat_are_held_against_their_own_noise_though_they_are_few():
+    rng = np.random.default_rng(4)
+    errors = [coloured(rng, 0.9, 30.0) for _ in range(RUNS)]
+    floors = [floor_of(e) for e in errors]
+    assert left(errors, floors).excess == 0.0
+    floors[0] = NoiseFloor(10.0, "cycles", floors[0].lower_bound_n, cycles=8)
+    assert left(errors, floors).excess == pytest.approx(30.0**2 - 10.0**2, rel=0.3)
+    floors[0] = NoiseFloor(28.0, "cycles", floors[0].lower_bound_n, cycles=8)
+    assert left(errors, floors).excess == 0.0
