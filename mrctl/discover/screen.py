@@ -147,7 +147,7 @@ class Screen:
         def _hold_absorbed(self, values: Array) -> Array:
             """Leave to the model what its own parameters do as well: such a parameter goes to neutral.
 
-            So does one that here only does what the effect's parameters before it do.
+            So does an optional one that here only does what the effect's parameters before it do.
             """
             slopes = self._slopes(values, self._force(values))
             size = np.sum(slopes**2, axis=1)
@@ -155,12 +155,10 @@ class Screen:
             values = values.copy()
             kept: list[int] = []
             for row, k in enumerate(np.flatnonzero(self._free)):
-                twin = gram[row, row]
-                if kept:
-                    across = gram[np.ix_(kept, [row])][:, 0]
-                    twin -= across @ np.linalg.pinv(gram[np.ix_(kept, kept)], hermitian=True) @ across
-                if gram[row, row] <= ABSORBED * size[row] or twin <= TWIN * size[row]:
-                    values[k] = self._effect.parameters[k].neutral
+                parameter = self._effect.parameters[k]
+                absorbed = size[row] > 0.0 and gram[row, row] < ABSORBED * size[row]
+                if absorbed or (parameter.optional and _beside(gram, kept, row) <= TWIN * size[row]):
+                    values[k] = parameter.neutral
                     self._free[k] = False
                 else:
                     kept.append(row)
@@ -213,6 +211,12 @@ class Screen:
                 if won < WORTH * max(gain, 1.0):
                     break
             return self._look(gain, values, force)
+
+
+def _beside(gram: Array, kept: list[int], row: int) -> float:
+    """The square of a slope's part orthogonal to those kept, of their Gram matrix."""
+    across = gram[kept, row]
+    return float(gram[row, row] - across @ np.linalg.pinv(gram[np.ix_(kept, kept)], hermitian=True) @ across)
 
 
 def _starts(effect: Effect, ranges: Ranges) -> list[Vector]:
