@@ -97,7 +97,7 @@ def parameters_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
         result[p.name] = {
             "value": value,
             "unit": p.unit,
-            "ci95": None if held else [low, high],
+            "ci95": None if held or std == 0.0 else [low, high],  # nothing was seen of it
         }
     return result
 

@@ -24,7 +24,8 @@ Array = NDArray[np.float64]
 Folds = Sequence[tuple[int, ...]]
 
 MOST_FITTED = 5
-NEAR = 0.2  # of the best look's gain: looks below are not fitted
+NEAR = 0.2  # of the best look's gain: looks below are not fitted, ...
+HOPELESS = 3e-3  # ... nor those that take less of the square sum: far too little to be named
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
 _DEAR_TOGETHER = {Stage.MOTION, Stage.YIELD}  # no slope of theirs is known but by differences
@@ -87,10 +88,12 @@ def search_level(
     seen = looks(tangent, candidates)
     done("every candidate")
     best = seen[0].gain if seen else 0.0
+    least = HOPELESS * float(tangent.residual @ tangent.residual)
     promising = [
         one
         for one in seen[:MOST_FITTED]
-        if one.gain > (_DEAR if one.effect.stage is Stage.MOTION else near) * best and one.free.any()
+        if one.gain > max(least, (_DEAR if one.effect.stage is Stage.MOTION else near) * best)
+        and one.free.any()
     ]
     own = [] if known is None else _known(before, known, seen)
     promising = [one for one in promising if one.effect.name not in {t.effect.name for t in own}]
@@ -98,7 +101,7 @@ def search_level(
     done(", ".join(one.effect.name for one in promising))
     for other in [] if own else second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
-        cheap = [c for c in candidates if c.stage is not Stage.MOTION]
+        cheap = [c for c in candidates if c.stage not in _DEAR_TOGETHER]
         few = looks(frozen, cheap)[:MOST_SECOND]
         for trial in in_parallel(partial(tried, before, frozen, folds), few):
             same = next((t for t in trials if t.effect.name == trial.effect.name), None)

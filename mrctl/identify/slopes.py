@@ -56,7 +56,9 @@ def linearise(
         return np.ascontiguousarray(base.averaged(x, inner))
 
     v, x = mean(here.velocity_m_s), mean(here.displacement_m)
-    if settings[Stage.YIELD]:
+    bends = _gives_way(settings)
+    by_differences = settings[Stage.MOTION] and not bends
+    if settings[Stage.YIELD] and not by_differences:
         level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), inner)
         slopes.static[:] = _pushed(
             slopes.static,
@@ -65,7 +67,6 @@ def linearise(
             mean(here.level_n),
             lambda f, lev: stages.yielding(settings[Stage.YIELD], f, v, x, lev, dt, starts),
         )
-    bends = _gives_way(settings)
     if bends:
         bare = base.slope_rows(inputs, layout, t).static
         by_motion = Motion.of(dampers.static(run), here, settings, t.filter)
@@ -78,7 +79,6 @@ def linearise(
         slopes.static[:] += beside
         hysteresis.filter_rows(*coarse, bent, starts)
         slopes.values[slopes.static.shape[0] :] += bent + bent_beside
-    by_differences = settings[Stage.MOTION] and not bends
     if (settings[Stage.LIMIT] or settings[Stage.OUTPUT]) and not by_differences:
 
         def after(force: Array, _: Array) -> Array:
