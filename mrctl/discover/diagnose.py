@@ -35,7 +35,8 @@ LATER_SHARE = (
     0.04  # ... and of what all effects take off: less may be the first one's form that is not quite so
 )
 LATER_LEFT = 0.6  # or of what is still left over the noise, ...
-LATER_LEAST = 0.01  # ... if it is at least this share of all
+LATER_LEAST = 0.01  # ... if it is at least this share of all, ...
+LATER_CLEARING = 0.004  # ... or this share where with it nothing but noise is left
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.7  # of what can be removed: less, and the effects found are not what is missing
@@ -160,7 +161,7 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     if taken > LATER_SHARE * every or taken > max(LATER_LEFT * left, LATER_LEAST * every):
         return True
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
-    return before.excess > 0.0 and cleared
+    return before.excess > 0.0 and cleared and taken > LATER_CLEARING * every
 
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
