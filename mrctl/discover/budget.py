@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.noise_floor import NoiseFloor
+from mrctl.discover.robust import SCALE
 from mrctl.discover.spectral_floor import spectral_floor
 
 Array = NDArray[np.float64]
@@ -18,11 +19,8 @@ KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles to spe
 FEW_DOUBT = 0.7  # as CYCLE_DOUBT, where fewer are
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
 QUIET = 0.25  # quantile of the records, by what they leave over their sample-to-sample noise
-UNSTEADY, OUTBURSTS = (
-    1.3,
-    1.5,
-)  # RMS that is still one noise: over the quiet records', over the usual sample's
-SCALE = 1.4826  # of the median deviation, for a normal distribution
+# RMS that is still one noise: over the quiet records', over the usual sample's.
+UNSTEADY, OUTBURSTS = 1.3, 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +52,7 @@ def budget_of(
     velocity's noise makes of the model's force (`brought`, n each) comes on top: the true force knows nothing
     of it. Where neither shows it, all that is left counts as noise, but for what the signals predict of it.
     """
-    total = float(np.mean(np.concatenate(list(errors)) ** 2))
+    total = _mean_square(errors)
     known = [
         (f.floor_n**2 + float(np.mean(b * b)), e)
         for f, b, e in zip(floors, brought, errors, strict=True)

@@ -24,7 +24,7 @@ def part(campaign: Campaign, pattern: str | None) -> tuple[Campaign, Campaign]:
             raise InputError.at(where, "no run has such a name", f"the runs are {names}, ...")
         if not kept:
             raise InputError.at(where, "every run has such a name: none is left to fit", "leave out fewer")
-        if not all(r.has_force for r in out):
-            silent = next(r.name for r in out if not r.has_force)
-            raise InputError.at(where, f"{silent} has no force to compare with", "leave out others")
+        silent = [r.name for r in out if not r.has_force]
+        if silent:
+            raise InputError.at(where, f"{silent[0]} has no force to compare with", "leave out others")
     return replace(campaign, runs=kept), replace(campaign, runs=out)
