@@ -34,6 +34,7 @@ GUEST_MEMORY_MIB = 768
 # The user-mode kernel keeps its memory in a file here and dies of SIGBUS when the place is full.
 GUEST_MEMORY_PLACE = Path("/dev/shm")  # noqa: S108 - the kernel's choice; nothing is written there by name
 BOOT_TIMEOUT_S = 90.0
+CLOCK_STEP_S = 1000.0  # no script takes as long: the clock was set
 PACKAGES = "user-mode-linux can-utils iproute2 kmod systemd"
 
 
@@ -43,12 +44,16 @@ class BedError(Exception):
 
 @dataclass(frozen=True)
 class Result:
-    """What a script left behind: exit status, output, and the directory with the files that it wrote."""
+    """What a script left behind: exit status, output, and the directory with the files that it wrote.
+
+    excuse: why nothing that fails on it is a finding; "" where all is.
+    """
 
     returncode: int
     stdout: str
     stderr: str
     directory: Path
+    excuse: str = ""
 
     def checked(self) -> Result:
         """Itself when the script succeeded; otherwise an AssertionError that shows all it said."""
@@ -60,6 +65,16 @@ class Result:
     def read(self, name: str) -> str:
         """A text file that the script wrote."""
         return (self.directory / name).read_text(encoding="utf-8", errors="replace")
+
+    def stood_still(self) -> list[tuple[float, float]]:
+        """From when to when, s, nothing at all ran while the script recorded: its machine had no CPU.
+
+        A clock that the script set back or forth is none of this.
+        """
+        pulse = self.directory / "pulse"
+        lines = pulse.read_text(encoding="utf-8").splitlines() if pulse.exists() else []
+        spans = [tuple(int(word) / 1e6 for word in line.split()) for line in lines]
+        return [(start, end) for start, end in spans if end - start < CLOCK_STEP_S]
 
     def transcript(self) -> str:
         """All text that the script left, for a failure message."""
@@ -152,7 +167,11 @@ class Guest(Bed):
         (self.directory / "bed.env").write_text("".join(lines), encoding="utf-8")
         guest_in, self._to_guest = os.pipe()
         self._from_guest, guest_out = os.pipe()
+        # On one CPU: between two, the kernel and the process that it traces wake each other through the host
+        # at every system call, five times as slowly where the host itself has to wait for its CPUs.
+        cpu = max(os.sched_getaffinity(0))
         command = [
+            "taskset", "--cpu-list", f"{cpu}",
             "linux.uml", f"mem={GUEST_MEMORY_MIB}M", "root=/dev/root", "rootfstype=hostfs", "rootflags=/",
             "rw", f"init={HERE / 'guest_init.sh'}", f"MRCTL_BED={self.directory}",
             f"uml_dir={self.directory}/",
@@ -249,7 +268,9 @@ exec timeout --kill-after=5 "$1" {isolate} bash {here}/job.sh {"machine" if mach
 def _require_programs() -> None:
     """All that a guest needs, or one BedError that names the mend."""
     missing = [
-        name for name in ("linux.uml", "candump", "ip", "insmod", "unshare") if shutil.which(name) is None
+        name
+        for name in ("linux.uml", "taskset", "candump", "ip", "insmod", "unshare")
+        if shutil.which(name) is None
     ]
     if not Path("/lib/systemd/systemd").exists():
         missing.append("/lib/systemd/systemd")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -11,6 +11,7 @@ from bed import Bed, Guest, NativeBed, machine_has_can
 
 HERE = Path(__file__).resolve().parent
 LEFT_OUT = pytest.StashKey[int]()
+EXCUSED = pytest.StashKey[list[str]]()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -22,7 +23,25 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     config.stash[LEFT_OUT] = len(here)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """A test that fails on a drive with an excuse is not a finding: skipped, and said in the summary."""
+    report = yield
+    drives = [getattr(value, "excuse", "") for value in getattr(item, "funcargs", {}).values()]
+    excuse = next(filter(None, drives), "")
+    if report.failed and call.when == "call" and excuse:
+        report.outcome = "skipped"
+        report.longrepr = (str(item.path), item.location[1] or 0, f"Skipped: {excuse}")
+    if report.skipped and not hasattr(report, "wasxfail"):
+        item.config.stash.setdefault(EXCUSED, []).append(f"{item.name}: {report.longrepr[2]}")
+    return report
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    for what in config.stash.get(EXCUSED, []):
+        terminalreporter.write_line(f"NOT TESTED: {what}", red=True, bold=True)
     count = config.stash.get(LEFT_OUT, 0)
     if count:
         what = f"NOT TESTED: {count} tests on a real SocketCAN and a real systemd (MRCTL_NO_TESTBED=1)"

@@ -37,11 +37,12 @@ from mrctl.can.specs import ERROR_FLAG, REMOTE_FLAG
 from mrctl.runtime.build import input_signals
 from mrctl.runtime.tick import Frame
 
-RATE_HZ = 100
+RATE_HZ = 50
 TEMPERATURE_EVERY = 5
-TIMEOUT_MS = {VELOCITY: 300.0, BODY: 300.0, TEMPERATURE: 400.0}
-LIMP_AFTER_MS = 600.0
-FROZEN_AFTER_MS = 500.0
+# Long enough for a machine that others use too, which may stand still for half a second.
+TIMEOUT_MS = {VELOCITY: 600.0, BODY: 600.0, TEMPERATURE: 800.0}
+LIMP_AFTER_MS = 1200.0
+FROZEN_AFTER_MS = 1000.0
 FRAMES: dict[str, Any] = {
     "send": {"CurrentCommand": RATE_HZ, "ControllerState": RATE_HZ, "Health": 5},
     "receive": {VELOCITY: RATE_HZ, BODY: RATE_HZ, TEMPERATURE: RATE_HZ // TEMPERATURE_EVERY},
@@ -53,14 +54,14 @@ SIGNALS: dict[str, Any] = _RULES | {
         "timeout_ms": TIMEOUT_MS[VELOCITY],
         "limp_after_ms": LIMP_AFTER_MS,
         "frozen_after_ms": FROZEN_AFTER_MS,
-        "rate_max": 100.0,  # a jump is one from frame to frame, and these come slower than in a car
+        "rate_max": 50.0,  # a jump is one from frame to frame, and these come slower than in a car
     },
     "body_velocity": _RULES["body_velocity"]
     | {"timeout_ms": TIMEOUT_MS[BODY], "frozen_after_ms": FROZEN_AFTER_MS},
     "temperature": _RULES["temperature"] | {"timeout_ms": TIMEOUT_MS[TEMPERATURE]},
 }
 BEGIN_ID, END_ID = 0x7F0, 0x7F1  # nobody reads them: they part the recording
-GOOD_S = 0.5  # of good frames after each fault; twice as long where temperature, which comes slower, is hit
+GOOD_S = 1.0  # of good frames after each fault; twice as long where temperature, which comes slower, is hit
 SETTLE_S = 2.0
 
 
@@ -79,7 +80,7 @@ class FrameFault:
     spoil: Spoil | None = None
     wrong: Callable[[int, float], float] | None = None
     counted: str = ""
-    seconds: float = 0.9
+    seconds: float = 1.8
     then_limp: bool = False
     frozen_ms: float = 0.0
 
@@ -112,47 +113,47 @@ _LIMP: Any = {"then_limp": True}
 OF_FRAMES = (
     FrameFault(VELOCITY, "lost", "RELATIVE_VELOCITY_MISSING", without(VELOCITY), **_LIMP),
     FrameFault(VELOCITY, "late", "RELATIVE_VELOCITY_MISSING", late(VELOCITY, 45)),
-    FrameFault(VELOCITY, "repeated", spoil=repeated(VELOCITY), counted="counter", seconds=0.3),
+    FrameFault(VELOCITY, "repeated", spoil=repeated(VELOCITY), counted="counter", seconds=0.6),
     FrameFault(VELOCITY, "CRC wrong", "RELATIVE_VELOCITY_CRC", changed(VELOCITY, flipped), counted="crc",
                **_LIMP),
     FrameFault(VELOCITY, "counter stuck", "RELATIVE_VELOCITY_COUNTER", stuck(VELOCITY), counted="counter",
                **_LIMP),
-    FrameFault(VELOCITY, "beside a flood of error frames", counted="error_frame", seconds=0.3,
+    FrameFault(VELOCITY, "beside a flood of error frames", counted="error_frame", seconds=0.6,
                spoil=beside((ERROR_FLAG | 0x4, bytes(8)), times=10)),
-    FrameFault(VELOCITY, "out of order", spoil=swapped(VELOCITY), counted="counter", seconds=0.3),
+    FrameFault(VELOCITY, "out of order", spoil=swapped(VELOCITY), counted="counter", seconds=0.6),
     FrameFault(VELOCITY, "masqueraded", "RELATIVE_VELOCITY_CRC", changed(VELOCITY, foreign), counted="crc",
                **_LIMP),
-    FrameFault(VELOCITY, "sent by two", spoil=second_sender(VELOCITY), counted="counter", seconds=0.3),
+    FrameFault(VELOCITY, "sent by two", spoil=second_sender(VELOCITY), counted="counter", seconds=0.6),
     FrameFault(VELOCITY, "too short", "RELATIVE_VELOCITY_MALFORMED", changed(VELOCITY, too_short),
                counted="malformed", **_LIMP),
     FrameFault(VELOCITY, "as a remote frame", "RELATIVE_VELOCITY_MISSING", changed(VELOCITY, remote),
                counted="remote_frame", **_LIMP),
-    FrameFault(VELOCITY, "beside rubbish with its ID", counted="crc", seconds=0.3,
+    FrameFault(VELOCITY, "beside rubbish with its ID", counted="crc", seconds=0.6,
                spoil=beside((VELOCITY_ID, bytes(8)), times=10)),
-    FrameFault(BODY, "lost", "BODY_MOTION_MISSING", without(BODY), seconds=0.6),
+    FrameFault(BODY, "lost", "BODY_MOTION_MISSING", without(BODY), seconds=1.2),
     FrameFault(TEMPERATURE, "CRC wrong", "CASE_TEMPERATURE_CRC", changed(TEMPERATURE, flipped), counted="crc",
-               seconds=0.7),
+               seconds=1.4),
 )  # fmt: skip
 OF_VALUES = (
     (
         FrameFault(VELOCITY, "frozen", "RELATIVE_VELOCITY_FROZEN", wrong=lambda _n, _v: 0.15,
-                   counted="frozen", seconds=1.4, frozen_ms=FROZEN_AFTER_MS, **_LIMP),
+                   counted="frozen", seconds=2.8, frozen_ms=FROZEN_AFTER_MS, **_LIMP),
         FrameFault(VELOCITY, "not available", "RELATIVE_VELOCITY_NOT_AVAILABLE",
-                   wrong=lambda _n, _v: math.nan, counted="not_available", seconds=1.4, **_LIMP),
+                   wrong=lambda _n, _v: math.nan, counted="not_available", seconds=2.8, **_LIMP),
         FrameFault(VELOCITY, "out of range", "RELATIVE_VELOCITY_RANGE", wrong=lambda _n, _v: 2.04,
-                   counted="range", seconds=1.4, **_LIMP),
-        FrameFault(VELOCITY, "jumps there and back", counted="rate", seconds=1.4,
+                   counted="range", seconds=2.8, **_LIMP),
+        FrameFault(VELOCITY, "jumps there and back", counted="rate", seconds=2.8,
                    wrong=lambda n, v: -math.copysign(1.95, v) if n == 0 else v),
     ),
     (
         FrameFault(BODY, "frozen", "BODY_MOTION_FROZEN", wrong=lambda _n, _v: 0.1, counted="frozen",
-                   seconds=1.1, frozen_ms=FROZEN_AFTER_MS),
+                   seconds=2.2, frozen_ms=FROZEN_AFTER_MS),
         FrameFault(TEMPERATURE, "sensor open", "CASE_TEMPERATURE_NOT_AVAILABLE",
-                   wrong=lambda _n, _v: math.nan, counted="not_available", seconds=1.1),
+                   wrong=lambda _n, _v: math.nan, counted="not_available", seconds=2.2),
         FrameFault(TEMPERATURE, "sensor shorted", "CASE_TEMPERATURE_RANGE", wrong=lambda _n, _v: 409.5,
-                   counted="range", seconds=1.1),
+                   counted="range", seconds=2.2),
         FrameFault(TEMPERATURE, "jumps", "CASE_TEMPERATURE_RATE", wrong=lambda _n, v: v + 60.0,
-                   counted="rate", seconds=1.1),
+                   counted="rate", seconds=2.2),
     ),
 )  # fmt: skip
 # The parts of the drive: for each damper, its fault.

@@ -18,9 +18,27 @@ wait_for() {
   done
 }
 
-# `record` writes the bus to bus.log: before all others on the CPU and with room for many frames, since one that is
-# missing there would look as if it had not been sent. One that is lost nevertheless leaves a line that no reader takes.
-record() { nice -n -20 candump -D -d -L -r 67108864 vcan0 >>bus.log 2>>candump.err & recorder=$!; }
+# `apart NUMBER COMMAND...` is of another machine than the controller: it never waits for it, nor for a lower number.
+apart() { exec chrt --fifo "$((50 + $1))" "${@:2}"; }
+
+# `record` writes the bus to bus.log, with room for many frames, since one that is missing there would look as if it had
+# not been sent. One that is lost nevertheless leaves a line that no reader takes.
+record() {
+  apart 2 candump -D -d -L -r 67108864 vcan0 >>bus.log 2>>candump.err & recorder=$!
+  [ -e pulse ] || (apart 3 bash -c "$pulse" pulse "$$" 2>/dev/null &)
+}
+
+# Looks at the clock twenty times a second and notes in `pulse` from when to when it could not: then all stood still.
+# shellcheck disable=SC2016  # expanded where it runs
+pulse='exec {silence}<> <(:)
+: >pulse
+last=${EPOCHREALTIME/./}
+while kill -0 "$1"; do
+  read -r -t 0.05 -u "$silence"
+  now=${EPOCHREALTIME/./}
+  [ $((now - last)) -lt 200000 ] || printf "%s %s\n" "$last" "$now" >>pulse
+  last=$now
+done'
 
 # `controls_after LINE`: whether the last state in bus.log after that line fits the script's pattern ALL_ACTIVE.
 controls_after() {

@@ -12,6 +12,7 @@ import buslog
 import pytest
 from bed import Bed, Result
 from buslog import Frame
+from steady import steady
 from vehicle import (
     ALL_ACTIVE,
     COMMAND_RATE_HZ,
@@ -98,7 +99,7 @@ def drive(bus: Bed) -> Result:
         "SILENCE_S": f"{SILENT_OFF_S + 2:g}",
     }
     settings = "".join(f"{name}='{value}'\n" for name, value in values.items())
-    return bus.run(settings + SCRIPT, files=guest_files(), timeout_s=240).checked()
+    return steady(bus, settings + SCRIPT, guest_files(own_loop=True), timeout_s=240)
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ import buslog
 import pytest
 from bed import Bed, Result
 from buslog import Frame
+from steady import steady
 from vehicle import (
     ALL_ACTIVE,
     CALIBRATION,
@@ -35,7 +36,7 @@ FLOOD = 20_000
 INPUTS = ("RelativeVelocity", "BodyVelocity", "CaseTemperature")
 
 SCRIPT = """
-start_car() { nice -n -10 "$PYTHON" -S car.py 2>>car.log & car=$!; }
+start_car() { apart 1 "$PYTHON" -S car.py 2>>car.log & car=$!; }
 lines() { wc -l <bus.log; }
 begin() { echo "$1 $(lines) $(wc -l <daemon.log)" >>begins; }
 back() { local from; from=$(lines); wait_for 60 controls_after "$from"; sleep 0.5; }
@@ -145,7 +146,7 @@ def drive(bus: Bed) -> Result:
         "broken.yaml": BROKEN_CALIBRATION,
     }
     settings = f"ALL_ACTIVE='{ALL_ACTIVE}' FLOOD={FLOOD}\n"
-    return bus.run(settings + SCRIPT, files=files, timeout_s=400).checked()
+    return steady(bus, settings + SCRIPT, files, timeout_s=400)
 
 
 @pytest.fixture(scope="module")

@@ -21,6 +21,7 @@ from frame_faults import (
     BODY,
     END_ID,
     FRAMES,
+    GOOD_S,
     PARTS,
     RATE_HZ,
     SIGNALS,
@@ -29,7 +30,7 @@ from frame_faults import (
     FrameFault,
     recording,
 )
-from vehicle import CONFIG, DAMPERS, guest_files, violations
+from vehicle import DAMPERS, LOOP_HZ, guest_files, violations
 
 pytestmark = pytest.mark.testbed
 
@@ -38,7 +39,7 @@ record
 nice -n -10 "$PYTHON" -m mrctl run -c vehicle.yaml >daemon.log 2>&1 & daemon=$!
 running() { grep -q '"event": "realtime"' daemon.log; }
 wait_for 120 running
-nice -n -10 canplayer -I car.log
+(apart 1 canplayer -I car.log)
 kill -TERM "$daemon"
 status=0
 wait "$daemon" || status=$?
@@ -46,13 +47,13 @@ echo "$status" >daemon.status
 kill "$recorder"
 wait || true
 """
-TICK_S = 1.0 / CONFIG["loop"]["rate_hz"]
+TICK_S = 1.0 / LOOP_HZ
 CYCLE_S = 1.0 / RATE_HZ
 CASES = [(number, k) for number in range(len(PARTS)) for k in range(4)]
 NAMES = [f"{PARTS[number][k]}-{DAMPERS[k]}" for number, k in CASES]
 
 
-DRIVES, DRIVEN_S = 8, 240.0  # at most, and no further one after that time
+DRIVES, DRIVEN_S = 6, 360.0  # at most, and no further one after that time
 HELD_UP_S = min(TIMEOUT_MS.values()) / 1000.0 - 0.1
 
 
@@ -72,14 +73,30 @@ class Part:
     held_up_s: float
     log: list[dict[str, Any]]
 
+    @property
+    def is_disturbed(self) -> bool:
+        """A guest that stands still for as long as a time-out makes a loss of frames of any other fault."""
+        return self.held_up_s > HELD_UP_S
+
+
+@dataclass(frozen=True)
+class Case:
+    """One damper's fault in a part."""
+
+    fault: FrameFault
+    k: int
+    part: Part
+
+    @property
+    def excuse(self) -> str:
+        """Why nothing that fails is a finding: no drive was better."""
+        still = f"the guest stood still for {self.part.held_up_s:.1f} s"
+        return still if self.part.is_disturbed else ""
+
 
 @pytest.fixture(scope="module")
 def outcome(bus: Bed) -> tuple[list[Result], dict[int, Part]]:
-    """The drives, and of each of PARTS what came of it.
-
-    A guest that stands still for as long as a time-out makes a loss of frames of any other fault; the parts
-    that it did this to are driven again.
-    """
+    """The drives, and of each of PARTS what came of it; parts that were disturbed are driven again."""
     drives: list[Result] = []
     parts: dict[int, Part] = {}
     left = list(range(len(PARTS)))
@@ -88,7 +105,7 @@ def outcome(bus: Bed) -> tuple[list[Result], dict[int, Part]]:
         files = guest_files(SIGNALS, FRAMES) | {"car.log": recording(left)}
         drives.append(bus.run(SCRIPT, files=files, timeout_s=400).checked())
         parts |= zip(left, parts_of(drives[-1], len(left)), strict=True)
-        left = [number for number in left if parts[number].held_up_s > HELD_UP_S]
+        left = [number for number in left if parts[number].is_disturbed]
     return drives, parts
 
 
@@ -110,19 +127,18 @@ def parts_of(drive: Result, count: int) -> list[Part]:
     last_car_s = buslog.named(frames, "RelativeVelocity")[-1].time_s
     out = []
     for begin_s, end_s, over_s in zip(at[BEGIN_ID], at[END_ID], [*at[BEGIN_ID][1:], last_car_s], strict=True):
-        # Also such as began before the part or outlasted it: a guest may stand still through all of it.
-        gaps = [b - a for work in works for a, b in pairwise(work) if a < over_s and b > begin_s]
+        # Also such as outlasted the part, or came so late before it that good frames may not have mended it.
+        before_s = begin_s - GOOD_S / 2
+        gaps = [b - a for work in works for a, b in pairwise(work) if a < over_s and b > before_s]
         states = [(time_s, own) for time_s, own in told if begin_s <= time_s <= over_s]
         out.append(Part(begin_s, end_s, over_s, states, max(gaps) - CYCLE_S, log))
     return out
 
 
 @pytest.fixture(params=CASES, ids=NAMES)
-def case(
-    request: pytest.FixtureRequest, outcome: tuple[list[Result], dict[int, Part]]
-) -> tuple[FrameFault, int, Part]:
+def case(request: pytest.FixtureRequest, outcome: tuple[list[Result], dict[int, Part]]) -> Case:
     number, k = request.param
-    return PARTS[number][k], k, outcome[1][number]
+    return Case(PARTS[number][k], k, outcome[1][number])
 
 
 def test_every_damper_has_every_fault() -> None:
@@ -131,10 +147,8 @@ def test_every_damper_has_every_fault() -> None:
     assert had == [had[0]] * 4
 
 
-def test_the_defined_state_is_reached_within_the_time_out_and_left_unaided(
-    case: tuple[FrameFault, int, Part],
-) -> None:
-    fault, k, part = case
+def test_the_defined_state_is_reached_within_the_time_out_and_left_unaided(case: Case) -> None:
+    fault, k, part = case.fault, case.k, case.part
     course = [(time_s, states[k]) for time_s, states in part.states]
     during = [(time_s, state) for time_s, state in course if time_s <= part.end_s]
     if fault.cause:
@@ -149,8 +163,8 @@ def test_the_defined_state_is_reached_within_the_time_out_and_left_unaided(
     assert course[-1][1] == "ACTIVE"
 
 
-def test_the_log_names_the_cause(case: tuple[FrameFault, int, Part]) -> None:
-    fault, k, part = case
+def test_the_log_names_the_cause(case: Case) -> None:
+    fault, k, part = case.fault, case.k, case.part
     lines = [line for line in part.log if part.begin_s <= line["time_s"] <= part.over_s]
     causes = [
         line["cause"]

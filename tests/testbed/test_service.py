@@ -12,6 +12,7 @@ from pathlib import Path
 import buslog
 import pytest
 from bed import CHECKOUT, Bed, Result
+from steady import steady
 from vehicle import ALL_ACTIVE, car_files, guest_files, violations
 
 pytestmark = pytest.mark.testbed
@@ -41,7 +42,7 @@ sed "s#{job}#$PWD#" drop_in >$unit.d/guest.conf
 systemctl daemon-reload
 
 record
-nice -n -10 "$PYTHON" -S car.py 2>car.log & car=$!
+apart 1 "$PYTHON" -S car.py 2>car.log & car=$!
 trap 'systemctl stop mrctl; journalctl -u mrctl --no-pager >journal.log
   journalctl -u mrctl --no-pager -o json >journal.json; kill $car $recorder; wait' EXIT
 
@@ -91,7 +92,7 @@ def life(guest: Bed) -> Result:
     """One life of the service; the tests read what it left."""
     files = guest_files() | car_files() | {"drop_in": DROP_IN}
     script = f"MRCTL_UNIT='{UNIT}' ALL_ACTIVE='{ALL_ACTIVE}' FAULTS='{' '.join(FAULTS)}'\n{SCRIPT}"
-    return guest.run(script, files=files, timeout_s=240 + 60 * len(FAULTS), machine=True).checked()
+    return steady(guest, script, files, timeout_s=240 + 60 * len(FAULTS), machine=True)
 
 
 def properties(text: str) -> dict[str, str]:
