@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.grow import with_own_filter, without
 from mrctl.discover.lines import Line, line_of
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
 from mrctl.discover.reveal import hidden_effects
 from mrctl.discover.rivals import Rival, rivals_of, simplest
 from mrctl.discover.screen import ranges_of
-from mrctl.discover.search import Level, Trial, search_level, without
+from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.structure import Structure, structure_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage
@@ -31,11 +32,12 @@ BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the 
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0
 LEAST_SHARE = 0.02  # of the mean square that an effect must take off, ...
+LEAST_OF_FORCE = 1e-3  # ... in RMS of the force's: less may be tables that are straight between knots, ...
 LATER_SHARE = (
     0.04  # ... and of what all effects take off: less may be the first one's form that is not quite so
 )
 LATER_LEFT = 0.6  # or of what is still left over the noise, ...
-LATER_LEAST = 0.01  # ... if it is at least this share of all, ...
+LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
 LATER_CLEARING = 0.004  # ... or this share where with it nothing but noise is left
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
@@ -143,8 +145,8 @@ def _search(
         best = simplest(good[0], level, good)
         if found and not _matters(evidence, base, here, best):
             break
-        here = best.proof
-        found.append(best)
+        here = with_own_filter(best.proof, evidence.folds)
+        found.append(replace(best, proof=here))
     return levels, found
 
 
@@ -166,10 +168,12 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
     """Whether an effect is real: beyond chance, worth its parameters, worth naming, and true held out."""
+    force = np.concatenate([r.force_n for r in before.fit.model.records])
+    least = max(LEAST_SHARE * before.mean_square, LEAST_OF_FORCE**2 * float(np.mean(force**2)))
     return (
         trial.chance * candidates < SIGNIFICANCE
         and trial.score > LEAST_SCORE
-        and before.mean_square - trial.proof.mean_square > LEAST_SHARE * before.mean_square
+        and before.mean_square - trial.proof.mean_square > least
         and trial.proof.predicts_better_than(before)
     )
 

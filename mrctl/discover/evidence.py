@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from mrctl.discover.budget import Budget, budget_of
 from mrctl.discover.folds import folds_of
+from mrctl.discover.grow import Folds
 from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import with_plain_lag
 from mrctl.discover.refit import part
-from mrctl.discover.search import Folds
 from mrctl.discover.step_times import timed
 from mrctl.errors import InputError
 from mrctl.identify.best import fit_base

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.grow import grown_by
 from mrctl.discover.refit import Split, error_on, fitted, split, thinned
-from mrctl.discover.search import grown_by
 from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint import JointFit
 from mrctl.measurements.run import Campaign

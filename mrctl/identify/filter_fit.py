@@ -131,13 +131,13 @@ def _parameters(dens: list[Array], gains: Array) -> Array:
 
 
 def _cubic_logs(dens: list[Array]) -> Array:
-    """Log p, log c1, log c0 of (s + p)(s² + c1 s + c0): a pair as it is, of three real poles the slow two."""
+    """Log p, log c1, log c0 of (s + p)(s² + c1 s + c0)."""
     if len(dens) == 2:
         pair, real = dens if dens[0].size == 3 else dens[::-1]
         factors = [real[1], pair[1], pair[2]]
     else:
-        slow, middle, fast = sorted(float(d[1]) for d in dens)
-        factors = [fast, slow + middle, slow * middle]
+        alone, one, other = (float(d[1]) for d in dens)
+        factors = [alone, one + other, one * other]
     return np.asarray(np.log(factors), dtype=np.float64)
 
 
@@ -150,7 +150,7 @@ def fit_filter(
 ) -> tuple[Array, float]:
     """The filter near `start` that takes static to measured force best, and its weighted square sum."""
     order = start.size // 2
-    theta, damping = _bounded(start, order), 1e-3
+    theta, damping = _bounded(hysteresis.paired(start), order), 1e-3
 
     def miss(at: Array) -> tuple[list[Array], float]:
         ys = [

@@ -52,6 +52,25 @@ def denominator(log_d: Array) -> Array:
     return quadratic if order == 2 else np.convolve([1.0, c[0]], quadratic)
 
 
+def paired(theta: Array) -> Array:
+    """The same filter, its quadratic factor made of the two real poles that are nearest to each other.
+
+    Which pole stands alone makes no difference to three real ones. But only the two of the quadratic factor
+    can become a complex pair: a fit that has the two that want to be one in different factors stops there.
+    """
+    order = theta.size // 2
+    if order != ORDER:
+        return theta
+    c = np.exp(theta[:order])
+    root = c[1] ** 2 - 4.0 * c[2]
+    if root < 0.0:
+        return theta
+    fast = 0.5 * (c[1] + np.sqrt(root))
+    low, middle, high = sorted((float(c[0]), float(fast), float(c[2] / fast)))
+    alone, one, other = (high, low, middle) if middle * middle < low * high else (low, middle, high)
+    return np.concatenate([np.log([alone, one + other, one * other]), theta[order:]])
+
+
 def discretise(theta: Array, rate_hz: float) -> tuple[Array, Array]:
     """(b, a), four coefficients each in falling powers of z, of parameters (log d, m) at a rate."""
     b, a = _discretise(tuple(theta.tolist()), float(rate_hz))

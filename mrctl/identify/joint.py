@@ -319,7 +319,10 @@ class JointModel:
         free = self.free() if free is None else free
         lower, upper = self.bounds()
         solution = None
+        part = self.layout.parts["filter"]
         for number in range(rounds):
+            theta = theta.copy()
+            theta[part] = hysteresis.paired(theta[part])
             if number:
                 self.reweigh(theta, each=True)
             least = 0.1 if number == rounds - 1 else 0.5

@@ -1,0 +1,145 @@
+"""A model with one effect more or less, and the valleys that a fit of it may end in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.proof import Proof, prove
+from mrctl.discover.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced, with_plain_lag
+from mrctl.discover.screen import Look, Screen, ranges_of
+from mrctl.discover.tangent import Tangent
+from mrctl.identify.best import rough_fit
+from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.penalties import weighed_as
+from mrctl.model.effects.base import Effect, Stage, Vector
+
+Array = NDArray[np.float64]
+Folds = Sequence[tuple[int, ...]]
+
+DEAR_TOGETHER = {Stage.MOTION, Stage.YIELD}  # no slope of theirs is known but by differences
+_WINDING = (Stage.MOTION, Stage.TEMPERATURE)  # whose first look says little about where they end
+WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
+ITERATIONS = 20
+
+
+def grown(before: Tangent, look: Look) -> JointFit:
+    """A fit with one more effect, base and effects moving together, weights as they are.
+
+    It begins where it costs least: with the base settled around the look, with the base as it was, with less
+    of the effect, or hardly any; with the base fitted anew beside the effect as it looked; or at the first of
+    these with a plain lag for the filter, some effects from all their starting points.
+    """
+    fit = before.fit
+    effect = look.effect
+    alone = Effects((effect,))
+    model = fit.model.with_effects(Effects((*fit.model.effects.chosen, effect)))
+    own, neutral = alone.pack({effect.name: look.values}), alone.pack({effect.name: effect.neutral})
+    starts = [
+        np.concatenate([look.settled, own]),
+        np.concatenate([fit.theta, own]),
+        np.concatenate([fit.theta, 0.7 * neutral + 0.3 * own]),
+        np.concatenate([fit.theta, 0.98 * neutral + 0.02 * own]),
+    ]
+    few = before.few.with_effects(model.effects)
+    heat, fitted = (
+        partial(
+            on.fit,
+            penalties=weighed_as(fit.penalties, model.penalties()),
+            free=np.concatenate([moving(fit), look.free]),
+            rounds=1,
+        )
+        for on in (few, model)
+    )
+    start = min(starts, key=model.cost)
+    again, settled = [start], []
+    stages = {e.stage for e in model.effects.chosen}
+    if not stages >= DEAR_TOGETHER:
+        beside = np.concatenate([moving(fit), np.zeros(own.size, dtype=bool)])
+        settled = [heat(starts[1], free=beside, iterations=HEAT, tolerance=HEAT_TOLERANCE).theta]
+        if effect.stage in _WINDING:
+            points = effect.starting_points(ranges_of(model))
+            again += [np.concatenate([fit.theta, alone.pack({effect.name: point})]) for point in points]
+    return raced([start, *settled, *(with_plain_lag(model, one) for one in again)], heat, fitted, ITERATIONS)
+
+
+def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
+    """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most."""
+    model = JointModel(fit.model.layout, fit.model.records, fit.model.effects, minimum_phase=True)
+    model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+    lag = model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
+    tangent = Tangent.of(lag)
+    screen = Screen(tangent)
+    if values is None:
+        _, start = max(screen.glance(effect), key=lambda one: one[0])
+        look = screen.climb(effect, start)
+    else:
+        look = screen.at(effect, values)
+    return grown(tangent, look)
+
+
+def without(proof: Proof, name: str, folds: Folds) -> Proof:
+    """The same model less one effect, fitted anew from where it stands."""
+    fit = proof.fit
+    chosen = fit.model.effects.chosen
+    rest = tuple(e for e in chosen if e.name != name)
+    keep = np.concatenate(
+        [np.ones(fit.model.layout.size, dtype=bool)]
+        + [np.full(len(e.parameters), e.name != name) for e in chosen]
+    )
+    model = fit.model.with_effects(Effects(rest))
+    smaller = model.fit(
+        fit.theta[keep],
+        penalties=weighed_as(fit.penalties, model.penalties()),
+        free=moving(fit)[keep],
+        rounds=1,
+        iterations=ITERATIONS,
+        tolerance=TOLERANCE,
+    )
+    return prove(smaller, folds)
+
+
+def moving(fit: JointFit) -> NDArray[np.bool_]:
+    """What moves in the next fit: the base, and of the effects what moved or stood at a bound."""
+    lower, upper = fit.model.bounds()
+    free = ~fit.solution.held | (fit.theta <= lower) | (fit.theta >= upper)
+    free[: fit.model.layout.size] = True
+    return free & fit.model.free()
+
+
+def again(proof: Proof, base: Array, folds: Folds) -> Proof:
+    """The better of a fit and the same fit begun with another base."""
+    fit, model = proof.fit, proof.fit.model
+    theta = np.concatenate([base, fit.theta[base.size :]])
+    other = model.fit(
+        theta,
+        penalties=fit.penalties,
+        free=moving(fit),
+        rounds=1,
+        iterations=ITERATIONS,
+        tolerance=TOLERANCE,
+    )
+    return prove(other, folds) if other.total < fit.total - WORTH_MOVING else proof
+
+
+def with_own_filter(proof: Proof, folds: Folds) -> Proof:
+    """The same model, its filter sought once more beside the effects, if that is better.
+
+    A filter that made up for an effect while it was missing stands where no small step leads back from, and a
+    delay would seem to be missing next.
+    """
+    fit, layout = proof.fit, proof.fit.model.layout
+    bare = JointModel(layout, fit.model.records, minimum_phase=True)
+    brought = zip(fit.model.predict(fit.theta), bare.predict(fit.theta[: layout.size]), strict=True)
+    rest = [
+        replace(r, force_n=r.force_n - (y - plain))
+        for r, (y, plain) in zip(fit.model.records, brought, strict=True)
+    ]
+    base = fit.theta[: layout.size].copy()
+    base[layout.parts["filter"]] = rough_fit(rest, layout.order).tables.filter
+    return again(proof, base, folds)
