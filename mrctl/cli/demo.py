@@ -12,6 +12,7 @@ from typing import Any
 
 from mrctl.config import load_config
 from mrctl.demo.bus import BusRun, run_on_bus
+from mrctl.demo.hidden import can_be_told, tell
 from mrctl.demo.report import HEADERS, Outcome, force_error_figure, write_report
 from mrctl.demo.scenario import IDEAL, STRATEGIES, TEMPERATURES_C, Result, cases, run_all
 from mrctl.errors import InputError
@@ -21,6 +22,7 @@ from mrctl.share_path import share_file
 from mrctl.yaml_source.writer import write_atomically
 
 BUS_SECONDS = 4.0
+TOLD_WITH_DESK = "With the desk installed (pip install '.[desk]') it also finds an effect hidden in a damper."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,6 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 Drives one simulated quarter car over the same road again and again: passive, and with skyhook commanded
 through a linear current map, Reader's inverse, Liu's, and mrctl's inverse model, with dampers at 25, 55 and
 85 °C. Then four dampers on a virtual CAN bus. Ends with a table and DIR/report.html.
+
+With the desk installed it also measures a damper with a hidden effect, discovers it from the CSV files and
+commands such dampers with what it found: DIR/campaign, DIR/found.yaml, DIR/found.html, DIR/vehicle.yaml.
 
 example:
   mrctl demo && xdg-open demo/report.html
@@ -50,13 +55,21 @@ def run(args: argparse.Namespace) -> int:
             progress.advance(note=f"{result.strategy.label}, {result.temperature_c:g} °C")
     with Progress("Four dampers on a virtual CAN bus", quiet=args.quiet):
         bus = run_on_bus(config, BUS_SECONDS)
+    story = None
+    if can_be_told():
+        make_folder(Path(args.output))
+        with Progress("A damper with a hidden effect", 1.0, quiet=args.quiet) as progress:
+            story = tell(config, Path(args.output), progress.update)
     outcome = Outcome(results)
     path = Path(args.output) / "report.html"
     make_folder(path.parent)
     write_report(outcome, bus, config, path)
     write_atomically(path.with_name("force_error.svg"), force_error_figure(outcome).standalone())
     if args.json:
-        text = json.dumps(_figures(outcome, bus, time.monotonic() - started), indent=2) + "\n"
+        figures = _figures(outcome, bus, time.monotonic() - started)
+        if story is not None:
+            figures["hidden_effect"] = asdict(story)
+        text = json.dumps(figures, indent=2, default=str) + "\n"
         if args.json == "-":
             print(text, end="")
             return 0
@@ -66,6 +79,8 @@ def run(args: argparse.Namespace) -> int:
         print(line)
     print(bus_line(bus))
     print(f"report: {path}")
+    for line in [TOLD_WITH_DESK] if story is None else story.lines():
+        print(line)
     return 0
 
 

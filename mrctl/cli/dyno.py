@@ -8,8 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from mrctl.calibration import load_calibration
 from mrctl.errors import InputError
-from mrctl.plant.dyno.campaign import DAMPERS, Bench, DynoRun, write_campaign
+from mrctl.model.baselines.bouc_wen import BoucWen
+from mrctl.model.damper import Damper
+from mrctl.model.effects.base import EffectError
+from mrctl.plant.dyno.campaign import DAMPERS, Bench, DynoRun, with_typical, write_campaign
+from mrctl.plant.dyno.parameters import DynoDamper
 from mrctl.plant.dyno.protocols import PROTOCOLS
 from mrctl.plant.dyno.sensors import FORCE_NOISE_N
 from mrctl.report.progress import Progress
@@ -29,9 +34,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--damper",
         default="magneride",
-        choices=sorted(DAMPERS),
-        help="whose physics: one like MagneRide's, or Spencer's (1997), whose 0 to 2.25 V stand for 0 to 3 A "
-        "(default: %(default)s)",
+        metavar="|".join([*sorted(DAMPERS), "CAL.yaml"]),
+        help="whose physics: one like MagneRide's; Spencer's (1997), whose 0 to 2.25 V stand for 0 to 3 A; "
+        "or a calibration's, to the letter (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--effect",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="hide this effect in a calibration's damper, at its typical size; can be given again",
     )
     parser.add_argument("-o", "--output", metavar="DIR", help="folder for the CSV files, one for each run")
     parser.add_argument("--seed", type=int, default=1, help="same seed, same campaign (default: %(default)s)")
@@ -48,14 +60,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", metavar="FILE", help="write what was done as JSON (- is standard output)")
     protocols = "\n".join(f"  {p.name:<10} {p.summary}" for p in PROTOCOLS.values())
     parser.epilog = f"""\
-The damper has physics of its own that no calibration holds exactly: without current it behaves otherwise, its
-loop changes with current and amplitude, and heat changes the shape of its force too.
+The MagneRide-like damper has physics of its own that no calibration holds exactly: without current it behaves
+otherwise, its loop changes with current and amplitude, and heat changes the shape of its force too.
 
 protocols:
 {protocols}
 
 example:
   mrctl dyno --protocol paper -o campaign && mrctl identify campaign -o calibration.yaml
+  mrctl dyno -p road --damper config/calibration.yaml --effect gas_spring -o hidden
 """
 
 
@@ -72,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError.at("--rate", f"is {args.rate:g} Hz", "give a number from 100 to 20000")
     if args.seed < 0:
         raise InputError.at("--seed", f"is {args.seed}", "give 0 or more")
-    bench = Bench(DAMPERS[args.damper], args.seed, args.noise)
+    bench = Bench(_damper(args.damper, args.effect), args.seed, args.noise)
     with Progress(f"dyno, {args.protocol}", len(bench.drives(args.protocol, args.rate))) as progress:
         items = write_campaign(
             bench, args.protocol, Path(args.output), args.rate, lambda name: progress.advance(note=name)
@@ -81,6 +94,7 @@ def run(args: argparse.Namespace) -> int:
         result = {
             "protocol": args.protocol,
             "damper": args.damper,
+            "effects": args.effect,
             "seed": args.seed,
             "noise_n": args.noise,
             "folder": args.output,
@@ -93,6 +107,28 @@ def run(args: argparse.Namespace) -> int:
     seconds = sum(len(item.run) / item.run.sample_rate_hz for item in items)
     print(f"{args.output}: {len(items)} runs, {seconds:.0f} s of measurement")
     return 0
+
+
+def _damper(name: str, hidden: list[str]) -> DynoDamper | BoucWen | Damper:
+    """The damper of this name, or of this calibration, with effects hidden in it."""
+    if name in DAMPERS:
+        if hidden:
+            raise InputError.at(
+                "--effect",
+                f"cannot be hidden in {name}",
+                "name a calibration: --damper config/calibration.yaml",
+            )
+        return DAMPERS[name]
+    if not name.endswith((".yaml", ".yml")):
+        raise InputError.at(
+            "--damper",
+            f"there is none called {name!r}",
+            f"take {', '.join(DAMPERS)} or a calibration's YAML file",
+        )
+    try:
+        return with_typical(load_calibration(name).damper, hidden)
+    except EffectError as error:
+        raise InputError.at("--effect", str(error), "see `mrctl effects`") from None
 
 
 def _told(item: DynoRun) -> dict[str, object]:

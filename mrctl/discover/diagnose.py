@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.grow import with_own_filter, without
+from mrctl.discover.grow import without
 from mrctl.discover.lines import Line, line_of
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
@@ -31,7 +31,7 @@ _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force ans
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0
-LEAST_SHARE = 0.02  # of the mean square that an effect must take off, ...
+LEAST_SHARE = 0.05  # of the mean square that an effect must take off, ...
 LEAST_OF_FORCE = 1e-3  # ... in RMS of the force's: less may be tables that are straight between knots, ...
 LATER_SHARE = (
     0.04  # ... and of what all effects take off: less may be the first one's form that is not quite so
@@ -145,8 +145,8 @@ def _search(
         best = simplest(good[0], level, good)
         if found and not _matters(evidence, base, here, best):
             break
-        here = with_own_filter(best.proof, evidence.folds)
-        found.append(replace(best, proof=here))
+        here = best.proof
+        found.append(best)
     return levels, found
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,7 +12,6 @@ from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced, with_plain_lag
 from mrctl.discover.screen import Look, Screen, ranges_of
 from mrctl.discover.tangent import Tangent
-from mrctl.identify.best import rough_fit
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointFit, JointModel
 from mrctl.identify.penalties import weighed_as
@@ -125,21 +123,3 @@ def again(proof: Proof, base: Array, folds: Folds) -> Proof:
         tolerance=TOLERANCE,
     )
     return prove(other, folds) if other.total < fit.total - WORTH_MOVING else proof
-
-
-def with_own_filter(proof: Proof, folds: Folds) -> Proof:
-    """The same model, its filter sought once more beside the effects, if that is better.
-
-    A filter that made up for an effect while it was missing stands where no small step leads back from, and a
-    delay would seem to be missing next.
-    """
-    fit, layout = proof.fit, proof.fit.model.layout
-    bare = JointModel(layout, fit.model.records, minimum_phase=True)
-    brought = zip(fit.model.predict(fit.theta), bare.predict(fit.theta[: layout.size]), strict=True)
-    rest = [
-        replace(r, force_n=r.force_n - (y - plain))
-        for r, (y, plain) in zip(fit.model.records, brought, strict=True)
-    ]
-    base = fit.theta[: layout.size].copy()
-    base[layout.parts["filter"]] = rough_fit(rest, layout.order).tables.filter
-    return again(proof, base, folds)

@@ -21,6 +21,7 @@ from mrctl.report.page import Card, Page
 from mrctl.report.plots import line_plot, loop_plot, panels_plot
 from mrctl.report.quantity import format_interval, format_quantity, unit_text
 from mrctl.report.series import Panel, Series
+from mrctl.report.svg import Figure
 from mrctl.report.theme import Tone
 
 Array = NDArray[np.float64]
@@ -148,10 +149,8 @@ def what_it_becomes(
 ) -> None:  # fmt: skip
     """The held-out error falling, and the runs before and after."""
     page.section("What it becomes", "The held-out error step by step, and the runs with both models.")
-    labels = [(_step(names, k), rmse) for k, (names, rmse) in enumerate(steps)]
-    reference = Reference(floor, "noise") if floor is not None else None
     page.figure(
-        waterfall("Held-out error", "RMSE (N)", labels, floor=reference, unit="N"),
+        falling_error(steps, floor),
         "Each effect is fitted together with the base; the runs left out are the same at each step.",
     )
     old, new = (f.model.on(records).predict(f.theta) for f in (before, after))
@@ -169,6 +168,13 @@ def what_it_becomes(
         line_plot("What is left, by frequency", "Frequency (Hz)", "N/√Hz", spectra, x_log=True, y_log=True),
         "The run with the largest error before. White noise is level.",
     )
+
+
+def falling_error(steps: Sequence[tuple[Sequence[str], float]], floor: float | None) -> Figure:
+    """The error on what was left out, effect by effect, down to the noise; in N."""
+    labels = [(_step(names, k), rmse) for k, (names, rmse) in enumerate(steps)]
+    reference = Reference(floor, "noise") if floor is not None else None
+    return waterfall("Held-out error", "RMSE (N)", labels, floor=reference, unit="N")
 
 
 def _step(names: Sequence[str], k: int) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mrctl.config import load_config
-from mrctl.demo import scenario
+from mrctl.demo import hidden, scenario
 from mrctl.demo.bus import run_on_bus
 from mrctl.demo.report import Outcome, write_report
 from mrctl.share_path import share_file
@@ -20,6 +20,31 @@ def test_four_dampers_on_a_bus_run_and_come_to_rest():
     assert bus.states["ACTIVE"] > 4 * 400
     assert bus.states["LIMP"] == bus.states["SUBSTITUTE"] == 0
     assert bus.frames_to_controller == 2 * round(bus.seconds * 500) + -(-round(bus.seconds * 500) // 50)
+
+
+@pytest.mark.slow
+def test_a_hidden_effect_is_found_from_csv_and_commanded(tmp_path):
+    shares = []
+    story = hidden.tell(CONFIG, tmp_path, lambda share, _what: shares.append(share))
+    assert story.found == (hidden.HIDDEN,)
+    assert story.verdict == "none"
+    (_, before_n), (names, after_n) = story.steps
+    assert names == story.found
+    assert after_n < 0.25 * before_n
+    assert story.tracking_after_n < 0.1 * story.tracking_before_n
+    assert story.bus.rejected == 0
+    assert story.bus.states["ACTIVE"] > 4 * 400
+    assert load_config(story.config).calibrations["rear_left"].damper.effects[0].name == hidden.HIDDEN
+    assert shares == sorted(shares)
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "campaign", "found.yaml", "found.html", "falling_error.svg", "vehicle.yaml",
+    }  # fmt: skip
+    assert all(len(line) < 120 for line in story.lines()[:-2])
+
+
+def test_a_force_that_the_model_knows_is_made_as_asked():
+    damper = CONFIG.calibrations["front_left"].damper
+    assert hidden.missed_by(damper, damper) < 10.0  # 1 % of the wish
 
 
 @pytest.mark.slow

@@ -3,11 +3,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mrctl.calibration import load_calibration
 from mrctl.errors import InputError
 from mrctl.measurements import check_campaign, load_campaign
+from mrctl.model.effects.base import EffectError
+from mrctl.model.effects.registry import effect
+from mrctl.model.pipeline import ForwardPipeline
 from mrctl.plant.dyno import motion
-from mrctl.plant.dyno.campaign import Bench, write_campaign
+from mrctl.plant.dyno.campaign import Bench, with_typical, write_campaign
 from mrctl.plant.dyno.protocols import PROTOCOLS
+from mrctl.share_path import share_file
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
@@ -111,3 +116,25 @@ def test_road_like_motion_has_the_asked_speed_and_no_jump():
     moving = motion.road_like(np.random.default_rng(1), 0.13, 15.0, 1000.0)
     assert np.sqrt(np.mean(moving.velocity_m_s**2)) == pytest.approx(0.13, rel=0.1)
     assert np.max(np.abs(np.diff(moving.velocity_m_s))) < 0.13
+
+
+def test_a_calibrations_damper_is_measured_to_the_letter_with_what_is_hidden_in_it():
+    plain = load_calibration(share_file("config/calibration.yaml")).damper
+    drive = Bench().drives("single", 500.0)[0]
+    x = drive.motion.displacement_m
+    known, hidden = (
+        Bench(d, noise_n=0.0).measure(drive) for d in (plain, with_typical(plain, ["gas_spring"]))
+    )
+    forward = ForwardPipeline(plain, 1.0 / drive.rate_hz)
+    forward.settle(0.0, drive.current_a[0], drive.temperature_c, 0.0)
+    signals = zip(drive.motion.velocity_m_s, drive.current_a, x, strict=True)
+    steps = [forward.step(v, i, drive.temperature_c, stroke) for v, i, stroke in signals]
+    np.testing.assert_allclose(known.truth.force_n, steps, atol=1e-6)
+    spring = effect("gas_spring").typical
+    stiffness = np.polyfit(x, hidden.truth.force_n - known.truth.force_n, 1)[0]
+    assert stiffness == pytest.approx(spring[1], rel=0.2)
+
+
+def test_an_unknown_effect_cannot_be_hidden():
+    with pytest.raises(EffectError, match="there is no effect ghost"):
+        with_typical(load_calibration(share_file("config/calibration.yaml")).damper, ["ghost"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 from mrctl.errors import InputError
 from mrctl.measurements import Campaign, RawRun, Run, assemble, write_run_csv
 from mrctl.model.baselines.bouc_wen import SPENCER_1997, BoucWen
+from mrctl.model.damper import Damper, EffectSetting
+from mrctl.model.effects.registry import effect
 from mrctl.plant.dyno.current import LARGEST_A
 from mrctl.plant.dyno.damper import DynoStates, simulate
 from mrctl.plant.dyno.parameters import MAGNERIDE_LIKE, DynoDamper
 from mrctl.plant.dyno.protocols import PROTOCOLS, Drive, Protocol
 from mrctl.plant.dyno.sensors import FORCE_NOISE_N, bench_sensors
 from mrctl.plant.spencer import LARGEST_V, simulate_bouc_wen
+from mrctl.simulate.run import Run as SimulatedRun
+from mrctl.simulate.trace import trace
 
 Array = NDArray[np.float64]
 
@@ -40,10 +44,11 @@ class Bench:
     """A damper on the dyno. The same seed gives the same campaign; `noise_n` is the load cell's RMS.
 
     Spencer's damper is commanded by a voltage, which stands in the place of the current: drives from 0 to 3 A
-    become 0 to 2.25 V. It knows no temperature.
+    become 0 to 2.25 V. It knows no temperature. A calibration's damper is that calibration's model to the
+    letter, with its effects, and does not warm up unless one of them says so.
     """
 
-    damper: DynoDamper | BoucWen = MAGNERIDE_LIKE
+    damper: DynoDamper | BoucWen | Damper = MAGNERIDE_LIKE
     seed: int = 1
     noise_n: float = FORCE_NOISE_N
 
@@ -85,10 +90,14 @@ class Bench:
                 drive.air_c,
             )
         command = self._command(drive)
+        warm = np.full(len(moving), drive.temperature_c)
+        if isinstance(self.damper, Damper):
+            signals = (moving.velocity_m_s, command, warm, moving.displacement_m)
+            seen = trace(SimulatedRun.of(1.0 / drive.rate_hz, *signals), self.damper)
+            return DynoStates(seen.force_n, seen.current_a, seen.temperature_c, warm)
         force = simulate_bouc_wen(
             self.damper, drive.rate_hz, moving.displacement_m, moving.velocity_m_s, command
         )
-        warm = np.full(len(moving), drive.temperature_c)
         return DynoStates(force, command, warm, warm)
 
     def runs(self, protocol: str, rate_hz: float | None = None) -> Iterator[DynoRun]:
@@ -103,6 +112,12 @@ class Bench:
         for run in runs:
             digest.update(run.name.encode() + run.force_n.tobytes())
         return Campaign(Path(f"dyno-{protocol}"), runs, digest.hexdigest())
+
+
+def with_typical(damper: Damper, names: Sequence[str]) -> Damper:
+    """The damper with these effects too, each at its typical size. Raises EffectError for unknown ones."""
+    added = tuple(EffectSetting(e.name, e.mapping(e.typical)) for e in map(effect, names))
+    return replace(damper, effects=damper.effects + added)
 
 
 def write_campaign(
