@@ -320,9 +320,10 @@ class JointModel:
         lower, upper = self.bounds()
         solution = None
         part = self.layout.parts["filter"]
+        same = hysteresis.paired(theta[part])
+        if np.all((lower[part] <= same) & (same <= upper[part])):  # cut off at a bound it is another filter
+            theta = np.concatenate([theta[: part.start], same, theta[part.stop :]])
         for number in range(rounds):
-            theta = theta.copy()
-            theta[part] = hysteresis.paired(theta[part])
             if number:
                 self.reweigh(theta, each=True)
             least = 0.1 if number == rounds - 1 else 0.5
