@@ -48,6 +48,8 @@ def run(args: argparse.Namespace) -> int:
     """Run everything, print the table, write the report."""
     started = time.monotonic()
     config = load_config(args.config or share_file("config/vehicle.yaml"))
+    path = Path(args.output) / "report.html"
+    make_folder(path.parent)  # before the work that would be lost without it
     results: list[Result] = []
     with Progress("Driving", len(cases()), quiet=args.quiet) as progress:
         for result in run_all(config, os.cpu_count() or 1):
@@ -57,12 +59,9 @@ def run(args: argparse.Namespace) -> int:
         bus = run_on_bus(config, BUS_SECONDS)
     story = None
     if can_be_told():
-        make_folder(Path(args.output))
         with Progress("A damper with a hidden effect", 1.0, quiet=args.quiet) as progress:
-            story = tell(config, Path(args.output), progress.update)
+            story = tell(config, path.parent, progress.update)
     outcome = Outcome(results)
-    path = Path(args.output) / "report.html"
-    make_folder(path.parent)
     write_report(outcome, bus, config, path)
     write_atomically(path.with_name("force_error.svg"), force_error_figure(outcome).standalone())
     if args.json:

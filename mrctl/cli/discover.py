@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
         from mrctl.discover.discover_report import write_discovery  # noqa: PLC0415 - only who asks for it loads it
 
         words = ["mrctl", "discover", args.data, "-o", args.output, "--report", args.report]
-        write_discovery(result, figures, campaign, Path(args.report), shlex.join(words))
+        write_discovery(result, diagnosis, campaign, Path(args.report), shlex.join(words))
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if args.json == "-":
         sys.stdout.write(text)

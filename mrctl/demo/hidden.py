@@ -74,10 +74,10 @@ def tell(config: Config, folder: Path, report: Report) -> Story:
     """
     # Here, since who has no desk installed runs the rest of the demonstration.
     from mrctl.calibration import load_calibration  # noqa: PLC0415
-    from mrctl.cli.diagnosis import extension_figures, write_extended  # noqa: PLC0415
+    from mrctl.cli.diagnosis import write_extended  # noqa: PLC0415
     from mrctl.discover.discover import discover  # noqa: PLC0415
     from mrctl.discover.discover_report import write_discovery  # noqa: PLC0415
-    from mrctl.discover.figures import diagnosis_figures, parameters_of  # noqa: PLC0415
+    from mrctl.discover.figures import diagnosis_figures  # noqa: PLC0415
     from mrctl.discover.report_parts import falling_error  # noqa: PLC0415
     from mrctl.measurements import load_campaign, write_run_csv  # noqa: PLC0415
     from mrctl.plant.dyno.campaign import Bench, with_typical  # noqa: PLC0415
@@ -96,10 +96,7 @@ def tell(config: Config, folder: Path, report: Report) -> Story:
     extension = result.extension
     write_extended(extension, "a damper with a secret", campaign, str(runs), str(found), "discover")
     told = diagnosis_figures(result.diagnosis)
-    parameters = {name: parameters_of(extension.fit, name) for name in extension.effects}
-    figures = {**extension_figures(extension, parameters), "verdict": result.verdict, "words": result.words}
-    figures |= {"diagnosis": told, "next_run": told["next_run"]}
-    write_discovery(result, figures, campaign, page, f"mrctl discover {runs} -o {found}")
+    write_discovery(result, told, campaign, page, f"mrctl discover {runs} -o {found}")
     write_atomically(folder / "falling_error.svg", falling_error(extension.steps, NOISE_N).standalone())
     report(0.95, "commanding")
     better = load_calibration(found)

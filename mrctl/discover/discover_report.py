@@ -11,9 +11,12 @@ from mrctl.report.page import Page
 
 
 def write_discovery(
-    result: Discovery, figures: parts.Figures, campaign: Campaign, path: Path, command: str = ""
+    result: Discovery, told: parts.Figures, campaign: Campaign, path: Path, command: str = ""
 ) -> int:
-    """Draw the page; returns its size in bytes. Raises InputError where it cannot be written."""
+    """Draw the page; returns its size in bytes. Raises InputError where it cannot be written.
+
+    told: the diagnosis as `diagnosis_figures` has it.
+    """
     page = Page(
         "What these measurements say",
         f"{len(campaign)} runs",
@@ -21,7 +24,6 @@ def write_discovery(
         inputs=[(campaign.root.name or str(campaign.root), campaign.sha256[:16])],
     )
     diagnosis, extension = result.diagnosis, result.extension
-    told = figures["diagnosis"]
     records = diagnosis.evidence.full
     parts.how_good(page, diagnosis, told)
     parts.where_it_fails(page, diagnosis.base.fit, records, campaign)

@@ -25,7 +25,7 @@ def steady(
     """
     for _ in range(DRIVES):
         result = bus.run(script, files=files, timeout_s=timeout_s, machine=machine)
-        still_s = max((end - start for start, end in result.stood_still()), default=0.0)
+        still_s = result.stood_still_s()
         if still_s <= STILL_S:
             return result.checked()
     excuse = f"the machine stood still for {still_s:.1f} s"
