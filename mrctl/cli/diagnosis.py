@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
+from collections.abc import Mapping
 
-import mrctl
-from mrctl.calibration import Calibration, Provenance, Step, calibration_from_damper, dump_calibration
+from mrctl.calibration import Calibration
 from mrctl.discover.extend import Extension
 from mrctl.measurements import Campaign, load_campaign, require_sound
 from mrctl.model.effects.base import Effect, Vector
@@ -51,41 +49,6 @@ def effects_of(calibration: Calibration) -> tuple[list[Effect], dict[str, Vector
         known.append(effect)
         values[setting.name] = effect.vector(setting.parameters)
     return known, values
-
-
-def write_extended(
-    extension: Extension,
-    name: str,
-    campaign: Campaign,
-    data: str,
-    output: str,
-    what: str,
-    history: Sequence[Step] = (),
-    notes: Sequence[str] = (),
-) -> None:
-    """The extended damper as a calibration with its history; notes: more about how it was made."""
-    today = datetime.now(UTC).date().isoformat()
-    steps = [
-        Step(
-            what=what,
-            effects=effects,
-            rmse_n=rmse,
-            noise_floor_n=extension.noise_floor_n,
-            date=today,
-            data=f"{data}, sha256 {campaign.sha256[:16]}",
-            version=mrctl.__version__,
-        )
-        for effects, rmse in extension.steps
-    ]
-    how = f"base and effects fitted jointly, proven on {len(extension.held_out)} runs not in that fit."
-    provenance = Provenance(
-        source=f"{len(campaign)} runs in {data}",
-        created=today,
-        method=" ".join([f"mrctl {what}: {how}", *notes]),
-        data_sha256=campaign.sha256,
-        history=(*history, *steps),
-    )
-    dump_calibration(calibration_from_damper(name, extension.damper, provenance, extension.std), output)
 
 
 def extension_figures(extension: Extension, parameters: Mapping[str, object]) -> dict[str, object]:

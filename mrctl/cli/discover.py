@@ -9,10 +9,11 @@ import sys
 from pathlib import Path
 
 from mrctl.cli.diagnose import print_diagnosis
-from mrctl.cli.diagnosis import data_arguments, extension_figures, load_sound, write_extended
+from mrctl.cli.diagnosis import data_arguments, extension_figures, load_sound
 from mrctl.cli.extend import print_extension
 from mrctl.cli.identify import kept_out, prediction, said
 from mrctl.discover.discover import discover
+from mrctl.discover.extended_calibration import write_extended
 from mrctl.discover.figures import diagnosis_figures, parameters_of
 from mrctl.errors import InputError
 from mrctl.identify.best import identify_best

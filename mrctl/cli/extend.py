@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from mrctl.calibration import load_calibration
-from mrctl.cli.diagnosis import data_arguments, effects_of, extension_figures, load_sound, write_extended
+from mrctl.cli.diagnosis import data_arguments, effects_of, extension_figures, load_sound
 from mrctl.discover.extend import extend
+from mrctl.discover.extended_calibration import write_extended
 from mrctl.discover.figures import parameters_of
 from mrctl.errors import InputError
 from mrctl.model.effects.registry import effect as effect_named

@@ -21,7 +21,8 @@ from mrctl.discover.step_times import timed
 from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import WEIGHING_RATE_HZ, JointFit, JointModel
+from mrctl.identify.joint import WEIGHING_RATE_HZ, JointModel
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.records import Record, possible_rise_k, records_of
 from mrctl.measurements.run import Campaign

@@ -12,7 +12,7 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import grown_by
 from mrctl.discover.refit import Split, error_on, fitted, split, thinned
 from mrctl.identify.finish import damper_of, table_std
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
 from mrctl.model.effects.base import Effect, Vector

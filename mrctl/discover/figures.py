@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.diagnose import Diagnosis, accepted
 from mrctl.discover.search import Trial
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.card import card
 
 Array = NDArray[np.float64]

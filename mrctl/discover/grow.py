@@ -13,7 +13,8 @@ from mrctl.discover.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced, with_pla
 from mrctl.discover.screen import Look, Screen, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.joint import JointModel
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.model.effects.base import Effect, Stage, Vector
 

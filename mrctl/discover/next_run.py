@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.joint import JointModel
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import total_weight
 from mrctl.identify.records import Record
 from mrctl.model.effects.base import Effect

@@ -15,7 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import chi2
 
 from mrctl.discover.folds import labels
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.noise import correlation_inflation
 from mrctl.identify.penalties import total_weight
 

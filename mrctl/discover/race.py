@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import hysteresis
-from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.joint import JointModel
+from mrctl.identify.joint_fit import JointFit
 from mrctl.model.filters import ORDER
 
 Array = NDArray[np.float64]

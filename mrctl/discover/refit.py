@@ -12,7 +12,8 @@ from mrctl.discover.folds import covered
 from mrctl.discover.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.joint import JointModel
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.records import Record, possible_rise_k
 from mrctl.measurements.run import Campaign

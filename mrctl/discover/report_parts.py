@@ -12,7 +12,7 @@ from mrctl.discover.conditions import VARIABLES, spectrum, worst_conditions
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.figures import explained_percent, root
 from mrctl.discover.structure import UNITS, Map
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign
 from mrctl.report.bars import Bars, Reference, bar_plot, waterfall

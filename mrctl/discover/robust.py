@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify.batch import Batch
-from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.joint import JointModel
+from mrctl.identify.joint_fit import JointFit
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from mrctl.discover.robust import second_opinions
 from mrctl.discover.screen import Look, looks, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.batch import in_parallel
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.base import Effect, Stage
 
 Array = NDArray[np.float64]

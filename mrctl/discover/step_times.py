@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.noise import correlation_inflation
 from mrctl.identify.records import Record
 

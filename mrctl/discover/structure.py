@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.folds import labels
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from mrctl.discover.sample import sampled
-from mrctl.identify.joint import JointFit, JointModel
+from mrctl.identify.joint import JointModel
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import total_weight
 
 Array = NDArray[np.float64]

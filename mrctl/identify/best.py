@@ -13,7 +13,8 @@ from mrctl.identify import base, hysteresis
 from mrctl.identify.filter_fit import search_filter
 from mrctl.identify.findings import findings_of
 from mrctl.identify.finish import damper_of, table_std
-from mrctl.identify.joint import WEIGHING_RATE_HZ, JointFit, JointModel
+from mrctl.identify.joint import WEIGHING_RATE_HZ, JointModel
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.records import Record, records_of
 from mrctl.identify.result import IdentificationResult, errors_of

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mrctl.identify import base
 from mrctl.identify.finish import NEAR_ZERO_A
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 
 Array = NDArray[np.float64]
 

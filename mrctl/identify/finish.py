@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 from mrctl.identify import hysteresis
 from mrctl.identify.inverse_filter import LOOP_RATES_HZ, design_inverse_filter
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
 from mrctl.model.damper import Damper, EffectSetting, Span
 from mrctl.model.filters import Filter, FilterError

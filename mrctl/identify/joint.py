@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 from mrctl.identify import base, effects_fit, hysteresis, slopes
 from mrctl.identify.batch import Batch, batches, in_parallel
 from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
-from mrctl.identify.noise import coloured_gram, correlation_inflation, record_noise
+from mrctl.identify.neutral import neutral
+from mrctl.identify.noise import correlation_inflation, record_noise
 from mrctl.identify.penalties import Penalty, base_penalties
 from mrctl.identify.records import Record
-from mrctl.identify.solver import Normal, Solution, covariance, solve
+from mrctl.identify.solver import Normal, covariance, solve
 from mrctl.model.effects.base import Vector
 from mrctl.simulate import Trace
 
@@ -35,7 +37,6 @@ FLOOR_SHARE = 1e-5  # of the force scale: noise below this is no noise
 EFFECT_SPREAD = 30.0  # steps that matter: the weak pull of an effect's parameters to neutral
 FASTEST_POLE = 0.8 * np.pi / hysteresis.UNIT_RAD_S  # times the sample rate
 SLOWEST_POLE = 0.02  # 0.2 Hz
-FEWEST_TO_DISAGREE = 4  # records, for their disagreement to say something
 
 
 @dataclass
@@ -347,96 +348,3 @@ class JointModel:
         if solution is None:
             raise ValueError("a fit takes at least one round")
         return JointFit(self, solution, list(penalties))
-
-
-@dataclass
-class JointFit:
-    """A fitted joint model: its vector, how the fit stopped, and the penalties in force."""
-
-    model: JointModel
-    solution: Solution
-    penalties: list[Penalty]
-
-    @property
-    def theta(self) -> Array:
-        """The parameters."""
-        return self.solution.theta
-
-    @property
-    def tables(self) -> Tables:
-        """The base model's values."""
-        return self.model.tables(self.theta)
-
-    @property
-    def total(self) -> float:
-        """Half the weighted square sum, and what the penalties add."""
-        data = self.model.cost(self.theta)
-        return data + sum(0.5 * p.weight * p.excess(self.theta) for p in self.penalties)
-
-    @property
-    def effect_values(self) -> dict[str, Vector]:
-        """Each effect's parameters in SI units."""
-        return self.model.effect_values(self.theta)
-
-    def covariance(self) -> Array:
-        """Covariance of the vector under coloured noise; 0 for what was held.
-
-        The residual's colour is an autoregressive model, record by record; the spread is then
-        V (J' W S W J + P) V, with V the inverse of J' W J + P and P the penalties. Where the records pull a
-        parameter about more than such noise would, as a model that is not quite right makes them, its spread
-        is theirs (White's estimate, clustered by record).
-        """
-        model, theta = self.model, self.theta
-        size = model.size
-        bread, meat, pulls = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
-        for weight, (rest, rows) in zip(model.weights, model.jacobians(theta), strict=True):
-            at = np.ix_(rows.index, rows.index)
-            bread[at] += weight * (rows.values @ rows.values.T)
-            meat[at] += weight**2 * coloured_gram(rows.values, rest)
-            pull = weight * (rows.values @ rest)
-            pulls[at] += np.outer(pull, pull)
-        normal = Normal(bread, np.zeros(size), 0.0)
-        inverse = covariance(normal, self.penalties, self.solution.held)
-        prior = np.asarray(sum(p.weight * p.gram for p in self.penalties), dtype=np.float64)
-        spread = np.asarray(inverse @ (meat + prior) @ inverse, dtype=np.float64)
-        count = len(model.records)
-        if count < FEWEST_TO_DISAGREE:
-            return spread
-        pulled = count / (count - 1) * np.diag(inverse @ pulls @ inverse)
-        more = np.sqrt(np.maximum(pulled / np.maximum(np.diag(spread), 1e-300), 1.0))
-        return np.asarray(spread * np.outer(more, more), dtype=np.float64)
-
-    def effect_std(self, covariance: Array | None = None) -> dict[str, Vector]:
-        """Standard deviation of each effect's parameters in SI units."""
-        spread = np.sqrt(np.maximum(np.diag(self.covariance() if covariance is None else covariance), 0.0))
-        own = spread[self.model.layout.size :]
-        values: dict[str, Vector] = {}
-        at = 0
-        for effect in self.model.effects.chosen:
-            part = own[at : at + len(effect.parameters)]
-            values[effect.name] = tuple(
-                float(s * p.step_scale) for s, p in zip(part, effect.parameters, strict=True)
-            )
-            at += len(effect.parameters)
-        return values
-
-
-def neutral(layout: Layout) -> Array:
-    """What the parameters are taken to be where nothing is measured: h = 1, H = a lag at 30 Hz."""
-    knots = layout.velocity_m_s
-    top = abs(knots[layout.gauge])
-    g = np.tanh(knots / (0.25 * top)) / np.tanh(1.0 / 0.25)
-    g = g * np.sign(knots[layout.gauge])
-    count = layout.current_a.size
-    f = np.linspace(0.3, 1.0, count) * layout.force_scale_n if count > 1 else np.array([layout.force_scale_n])
-    ones = np.ones(layout.temperature_c.size)
-    return layout.pack(
-        Tables(f, g, ones, ones.copy(), layout.off_below_a, layout.on_above_a, neutral_filter(layout.order))
-    )
-
-
-def neutral_filter(order: int) -> Array:
-    """Poles around 30 Hz, numerator halfway between a pure lag and none."""
-    p = np.log(3.0)
-    poles = {0: [], 1: [p], 2: [p + np.log(2.0), 2 * p], 3: [p, p + np.log(2.0), 2 * p]}[order]
-    return np.array([*poles, *([0.3] * order)])

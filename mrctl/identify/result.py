@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify.findings import Finding
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
 

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from mrctl.identify import base, knots
-from mrctl.identify.joint import JointModel, neutral
+from mrctl.identify.joint import JointModel
 from mrctl.identify.layout import Layout, Tables
+from mrctl.identify.neutral import neutral
 from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]

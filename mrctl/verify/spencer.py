@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mrctl.discover.refit import fitted
 from mrctl.identify.best import identify_best
 from mrctl.identify.finish import damper_of
-from mrctl.identify.joint import JointFit
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.paper import identify_paper
 from mrctl.identify.paper.identify import PaperSteps
 from mrctl.identify.paper.validation import backbone_over_time, filtered

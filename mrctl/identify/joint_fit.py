@@ -1,0 +1,94 @@
+"""A fitted joint model: where the fit stopped, and how sure its parameters are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify.layout import Tables
+from mrctl.identify.noise import coloured_gram
+from mrctl.identify.penalties import Penalty
+from mrctl.identify.solver import Normal, Solution, covariance
+from mrctl.model.effects.base import Vector
+
+if TYPE_CHECKING:
+    from mrctl.identify.joint import JointModel
+
+Array = NDArray[np.float64]
+
+FEWEST_TO_DISAGREE = 4  # records, for their disagreement to say something
+
+
+@dataclass
+class JointFit:
+    """A fitted joint model: its vector, how the fit stopped, and the penalties in force."""
+
+    model: JointModel
+    solution: Solution
+    penalties: list[Penalty]
+
+    @property
+    def theta(self) -> Array:
+        """The parameters."""
+        return self.solution.theta
+
+    @property
+    def tables(self) -> Tables:
+        """The base model's values."""
+        return self.model.tables(self.theta)
+
+    @property
+    def total(self) -> float:
+        """Half the weighted square sum, and what the penalties add."""
+        data = self.model.cost(self.theta)
+        return data + sum(0.5 * p.weight * p.excess(self.theta) for p in self.penalties)
+
+    @property
+    def effect_values(self) -> dict[str, Vector]:
+        """Each effect's parameters in SI units."""
+        return self.model.effect_values(self.theta)
+
+    def covariance(self) -> Array:
+        """Covariance of the vector under coloured noise; 0 for what was held.
+
+        The residual's colour is an autoregressive model, record by record; the spread is then
+        V (J' W S W J + P) V, with V the inverse of J' W J + P and P the penalties. Where the records pull a
+        parameter about more than such noise would, as a model that is not quite right makes them, its spread
+        is theirs (White's estimate, clustered by record).
+        """
+        model, theta = self.model, self.theta
+        size = model.size
+        bread, meat, pulls = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
+        for weight, (rest, rows) in zip(model.weights, model.jacobians(theta), strict=True):
+            at = np.ix_(rows.index, rows.index)
+            bread[at] += weight * (rows.values @ rows.values.T)
+            meat[at] += weight**2 * coloured_gram(rows.values, rest)
+            pull = weight * (rows.values @ rest)
+            pulls[at] += np.outer(pull, pull)
+        normal = Normal(bread, np.zeros(size), 0.0)
+        inverse = covariance(normal, self.penalties, self.solution.held)
+        prior = np.asarray(sum(p.weight * p.gram for p in self.penalties), dtype=np.float64)
+        spread = np.asarray(inverse @ (meat + prior) @ inverse, dtype=np.float64)
+        count = len(model.records)
+        if count < FEWEST_TO_DISAGREE:
+            return spread
+        pulled = count / (count - 1) * np.diag(inverse @ pulls @ inverse)
+        more = np.sqrt(np.maximum(pulled / np.maximum(np.diag(spread), 1e-300), 1.0))
+        return np.asarray(spread * np.outer(more, more), dtype=np.float64)
+
+    def effect_std(self, covariance: Array | None = None) -> dict[str, Vector]:
+        """Standard deviation of each effect's parameters in SI units."""
+        spread = np.sqrt(np.maximum(np.diag(self.covariance() if covariance is None else covariance), 0.0))
+        own = spread[self.model.layout.size :]
+        values: dict[str, Vector] = {}
+        at = 0
+        for effect in self.model.effects.chosen:
+            part = own[at : at + len(effect.parameters)]
+            values[effect.name] = tuple(
+                float(s * p.step_scale) for s, p in zip(part, effect.parameters, strict=True)
+            )
+            at += len(effect.parameters)
+        return values
