@@ -17,20 +17,33 @@ NARROW = 344.0
 
 _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
-# Advance widths of Helvetica (and Arial, Liberation Sans) in thousandths of the font size.
+# Advance widths in thousandths of the font size: the wider of Helvetica's (Arial's, Liberation's) and DejaVu's.
 _WIDTHS = {
-    **dict.fromkeys("ijl'|", 222),
-    **dict.fromkeys("ftI .,:;/!·", 278),
-    **dict.fromkeys("r-()[]{}*°²³", 333),
-    **dict.fromkeys("ckszvxyJ", 500),
-    **dict.fromkeys("+=<>~−±×", 584),
-    **dict.fromkeys("ABEKPSVXY", 667),
-    **dict.fromkeys("CDHNRUw", 722),
-    **dict.fromkeys("GOQ", 778),
-    **dict.fromkeys("mM", 833),
-    **dict.fromkeys("%W…", 944),
+    **dict.fromkeys("'ijl", 280),
+    **dict.fromkeys("I", 300),
+    **dict.fromkeys(" ,.·", 320),
+    **dict.fromkeys("/:;|", 340),
+    **dict.fromkeys("f", 360),
+    **dict.fromkeys("-", 380),
+    **dict.fromkeys("()[]t", 400),
+    **dict.fromkeys("!r²³", 420),
+    **dict.fromkeys("*°", 500),
+    **dict.fromkeys("J", 520),
+    **dict.fromkeys("sz", 540),
+    **dict.fromkeys("c", 560),
+    **dict.fromkeys("k", 580),
+    **dict.fromkeys("vxy", 600),
+    **dict.fromkeys('"?FLT\\_`aeo–', 620),
+    **dict.fromkeys("ABEKPSVXYZ", 700),
+    **dict.fromkeys("CHNRU", 760),
+    **dict.fromkeys("&D", 780),
+    **dict.fromkeys("GOQw", 820),
+    **dict.fromkeys("#+<=>^~−×±→", 840),
+    **dict.fromkeys("M", 880),
+    **dict.fromkeys("m", 980),
+    **dict.fromkeys("%@W…", 1000),
 }
-_OTHER_WIDTH = 580
+_OTHER_WIDTH = 640
 
 
 def escape(text: object) -> str:
@@ -62,8 +75,8 @@ def text(x: float, y: float, words: str, class_: str = "", **attributes: str | f
 
 
 def text_width(words: str, size: float = 11.0) -> float:
-    """Width of text in px, from Helvetica's advance widths and a little slack for other fonts."""
-    return sum(_WIDTHS.get(letter, _OTHER_WIDTH) for letter in words) * size / 1000 * 1.04
+    """Width of text in px, in the widest of the usual fonts."""
+    return sum(_WIDTHS.get(letter, _OTHER_WIDTH) for letter in words) * size / 1000
 
 
 def wrap(words: str, width: float, size: float) -> list[str]:
