@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
 KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles to speak for all
-FEW_DOUBT = 0.7  # as CYCLE_DOUBT, where fewer are
+FEW_DOUBT = 0.7  # as CYCLE_DOUBT, where fewer are, and of the runs that do not repeat beside the others
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
 QUIET = 0.25  # quantile of the records, by what they leave over their sample-to-sample noise
 # RMS that is still one noise: over the quiet records', over the usual sample's.
@@ -32,12 +32,12 @@ class Budget:
     noise: float
     measured: bool  # from cycle to cycle
     most_noise: float  # that cannot be ruled out
-    known_left: float = 0.0  # what the runs that repeat leave over their own noise, beyond doubt
+    certain: float = 0.0  # what some of the runs leave over their noise, beyond doubt
 
     @property
     def excess(self) -> float:
         """What is left beyond any noise that there may be."""
-        return max(self.judged - self.most_noise, self.known_left, 0.0)
+        return max(self.judged - self.most_noise, self.certain, 0.0)
 
 
 def budget_of(
@@ -49,30 +49,53 @@ def budget_of(
     """The budget of what a fit leaves of each record (n each, N) at its rate.
 
     The noise is measured where runs repeat; elsewhere read off the spectrum of what the fit leaves. What the
-    velocity's noise makes of the model's force (`brought`, n each) comes on top: the true force knows nothing
-    of it. Where neither shows it, all that is left counts as noise, but for what the signals predict of it.
+    velocity's noise makes of the model's force (`brought`, n each) comes on top, as far as what is left does
+    not repeat: the true force knows nothing of it. Where neither shows it, all that is left counts as noise,
+    but for what the signals predict of it.
     """
     total = _mean_square(errors)
-    known = [
-        (f.floor_n**2 + float(np.mean(b * b)), e)
-        for f, b, e in zip(floors, brought, errors, strict=True)
-        if f.floor_n is not None
-    ]
-    samples = max(sum(e.size for _, e in known), 1)
-    measured = sum(e.size * square for square, e in known) / samples
-    judged = sum(float(e @ e) for _, e in known) / samples
-    if samples >= KNOWN_SHARE * sum(e.size for e in errors):
-        # Runs whose noise is not known are not held against that of the others.
-        return Budget(total, judged, measured, measured=True, most_noise=(1.0 + CYCLE_DOUBT) * measured)
-    known_left = judged - measured if judged > (1.0 + FEW_DOUBT) * measured else 0.0
+    beside = np.array([float(np.mean(b * b)) for b in brought])
+    sizes = np.array([e.size for e in errors])
+    own = np.array([float(np.mean(e * e)) for e in errors])
+    least = np.array([f.lower_bound_n for f in floors])
+    known = np.array([f.floor_n is not None for f in floors])
+    samples = max(int(sizes[known].sum()), 1)
+    noises = np.array([_measured(f, b, e) for f, b, e in zip(floors, beside, errors, strict=True)])
+    measured = float(sizes[known] @ noises[known]) / samples
+    judged = float(sizes[known] @ own[known]) / samples
+    if samples >= KNOWN_SHARE * sizes.sum():
+        # One sensor measured all runs: the others' noise is coloured as that of those that repeat.
+        coloured = float(np.max((noises - beside)[known] / np.maximum(least[known], 1e-12) ** 2))
+        most = (1.0 + FEW_DOUBT) * (max(coloured, 1.0) * least**2 + beside)
+        over = float(sizes[~known] @ (own - most)[~known]) / sizes.sum()
+        return Budget(
+            total,
+            judged,
+            measured,
+            measured=True,
+            most_noise=(1.0 + CYCLE_DOUBT) * measured,
+            certain=max(over, 0.0),
+        )
+    certain = judged - measured if judged > (1.0 + FEW_DOUBT) * measured else 0.0
     spectral = spectral_floor(errors, rates_hz, brought)
     # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
-    least = float(np.median([f.lower_bound_n for f in floors]))
-    most = min((MOST_COLOURED * least) ** 2 + _mean_square(brought), _steady(errors, brought, floors))
+    most = min(
+        (MOST_COLOURED * float(np.median(least))) ** 2 + _mean_square(brought),
+        _steady(errors, brought, floors),
+    )
     noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
     upper = noise if spectral is None else min(spectral.most_n**2, most)
     doubted = min((1.0 + SPECTRAL_DOUBT) * noise, max(most, noise))
-    return Budget(total, total, noise, measured=False, most_noise=max(doubted, upper), known_left=known_left)
+    return Budget(total, total, noise, measured=False, most_noise=max(doubted, upper), certain=certain)
+
+
+def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:
+    """The mean square of noise in a run's residual, the input's included; NaN where nothing repeats."""
+    if floor.floor_n is None:
+        return float("nan")
+    own = floor.floor_n**2
+    unrepeated = floor.unrepeated(error)
+    return own + brought if unrepeated is None else max(own, min(own + brought, unrepeated))
 
 
 def _steady(errors: Sequence[Array], brought: Sequence[Array], floors: Sequence[NoiseFloor]) -> float:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.elsewhere import elsewhere
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import without
 from mrctl.discover.lines import Line, line_of
@@ -38,10 +39,13 @@ LATER_SHARE = (
 )
 LATER_LEFT = 0.6  # or of what is still left over the noise, ...
 LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
-LATER_CLEARING = 0.004  # ... or this share where with it nothing but noise is left
+LATER_CLEARING = 0.004  # ... or this share where with it nothing but noise is left; ...
+ELSEWHERE = 0.15  # ... either takes this much, relative to all, where those found before are silent, ...
+MOSTLY_ELSEWHERE = 0.5  # ... and this much will do in place of a share of all
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
-EXPLAINED = 0.7  # of what can be removed: less, and the effects found are not what is missing
+EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
+OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,17 +157,24 @@ def _search(
 def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
-    It takes a fair share of all that was taken, or a small one that is most of what is left over the noise,
-    or nothing but noise is left with it and more was without.
+    It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
+    or nothing but noise is left with it and more was without. A small one must act where the earlier ones
+    are silent.
     """
     taken = here.mean_square - best.proof.mean_square
-    before, after = evidence.budget(here.fit), evidence.budget(best.fit)
-    left = before.total - after.noise
     every = base.mean_square - best.proof.mean_square
-    if taken > LATER_SHARE * every or taken > max(LATER_LEFT * left, LATER_LEAST * every):
+    if taken > LATER_SHARE * every:
         return True
+    found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
+    beside = elsewhere(here, best.proof, found)
+    if beside < ELSEWHERE:
+        return False
+    before, after = evidence.budget(here.fit), evidence.budget(best.fit)
+    certain = before.excess > 0.0
+    if taken > LATER_LEFT * (before.total - after.noise):
+        return taken > LATER_LEAST * every or (certain and beside > MOSTLY_ELSEWHERE)
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
-    return before.excess > 0.0 and cleared and taken > LATER_CLEARING * every
+    return certain and cleared and taken > LATER_CLEARING * every
 
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
@@ -266,13 +277,20 @@ def _verdict(
     if not named:
         return ("none", ()) if cleared else ("unexplained", ())
     explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
-    if not cleared and explained < EXPLAINED:
+    if (not cleared and explained < EXPLAINED) or _foreseen(base, final) < EXPLAINED:
         return "unexplained", ()
     names = [f.trial.effect.name for f in named]
     rivals = [r.name for f in named for r in f.rivals]
     if rivals:
         return "ambiguous", tuple(dict.fromkeys([*names, *rivals]))
     return "found", tuple(names)
+
+
+def _foreseen(base: Proof, final: Proof) -> float:
+    """What the effects take off held-out data, of that and what they then miss there that the fit did not."""
+    taken = base.held_out_mean_square - final.held_out_mean_square
+    missed = max(final.held_out_mean_square - OVERHEAD * final.mean_square, 0.0)
+    return taken / (taken + missed) if taken > 0.0 else 0.0
 
 
 def _proposal(named: list[Found], colour: float) -> NextRun | None:

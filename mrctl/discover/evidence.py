@@ -37,7 +37,8 @@ LONG_S = 120.0  # ... in a campaign longer than this at half these rates
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 FEWEST_CYCLES = 3  # of a run that repeats, to be searched
-LONGEST_S = 10.0  # a longer run may be heating up
+LONGEST_S = 10.0  # a longer run may be heating up, ...
+DRIFTING = 0.5  # ... and one that drifts this much, in RMS of its noise, is
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,5 +196,7 @@ def _fitted_to(records: list[Record], fit: JointFit) -> JointFit:
 def _shortened(record: Record, floor: NoiseFloor, share: float) -> Record:
     """That share of a short run that repeats, a few cycles at least; any other run whole."""
     if share >= 1.0 or floor.cycles < FEWEST_CYCLES or len(record) / record.rate_hz > LONGEST_S:
+        return record
+    if floor.floor_n and floor.drift_n and floor.drift_n > DRIFTING * floor.floor_n:
         return record
     return part(record, 0, int(len(record) * max(share, FEWEST_CYCLES / floor.cycles)))

@@ -46,6 +46,14 @@ class NoiseFloor:
     drift_n: float | None = None
     first_s: float | None = None
     last_s: float | None = None
+    steady: Cycles | None = None
+
+    def unrepeated(self, values: Array) -> float | None:
+        """The mean square of what does not repeat in values (n) that end with the run; None if unknown."""
+        if self.steady is None:
+            return None
+        left = self.steady.of_the_last(values.size)
+        return None if left is None else float(np.mean(_bends(_folded(values, left)) ** 2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +63,15 @@ class Cycles:
     start: float
     period: float
     count: int
+    samples: int  # of the run they are in
+
+    def of_the_last(self, samples: int) -> Cycles | None:
+        """Those in the run's last samples, counted from there; None for fewer than three."""
+        start = self.start - (self.samples - samples)
+        gone = max(0, int(np.ceil(-start / self.period)))
+        if self.count - gone < FEWEST_CYCLES:
+            return None
+        return Cycles(start + gone * self.period, self.period, self.count - gone, samples)
 
 
 def noise_floor(run: Run) -> NoiseFloor:
@@ -66,7 +83,7 @@ def noise_floor(run: Run) -> NoiseFloor:
     if cycles is None:
         return NoiseFloor(None, "lower bound only", bound)
     force = _folded(run.force_n, cycles)
-    bends = np.diff(force, n=2, axis=0) / np.sqrt(6.0)
+    bends = _bends(force)
     variance = float(np.mean(bends**2))
     spread = float(np.sum((force - force.mean(axis=0)) ** 2)) / ((cycles.count - 1) * force.shape[1])
     inflation = float(np.median([correlation_inflation(row) for row in bends]))
@@ -79,7 +96,13 @@ def noise_floor(run: Run) -> NoiseFloor:
         float(np.sqrt(max(spread - variance, 0.0))),
         float(run.time_s[0] + cycles.start * run.dt_s),
         float(run.time_s[0] + (cycles.start + cycles.count * cycles.period) * run.dt_s),
+        cycles,
     )
+
+
+def _bends(folded: Array) -> Array:
+    """What does not repeat in (cycles, phases), nor drifts: of white noise, its own size."""
+    return np.asarray(np.diff(folded, n=2, axis=0) / np.sqrt(6.0))
 
 
 def pooled_floor(floors: list[NoiseFloor], sizes: list[int]) -> float | None:
@@ -125,7 +148,7 @@ def find_cycles(run: Run) -> Cycles | None:
     first, last = _longest(joins)
     if first == 0 and last >= FEWEST_CYCLES:  # in a run's first cycle the damper settles
         first = 1
-    cycles = Cycles(float(starts[first]), period, last - first + 1) if starts.size else None
+    cycles = Cycles(float(starts[first]), period, last - first + 1, len(run)) if starts.size else None
     if cycles is None or cycles.count < FEWEST_CYCLES:
         return None
     motion = _folded(velocity, cycles)

@@ -234,9 +234,10 @@ def _starts(effect: Effect, ranges: Ranges) -> list[Vector]:
 def _bounded_step(normal: Array, right: Array, lower: Array, upper: Array) -> Array:
     """The step that minimises the quadratic within bounds."""
     size = np.sqrt(np.maximum(np.diag(normal), 1e-30))
-    scaled = normal / np.outer(size, size) + 1e-9 * np.eye(size.size)
-    root = np.linalg.cholesky(scaled + 1e-9 * np.eye(size.size))
-    target = np.linalg.solve(root, right / size)
+    power, axes = np.linalg.eigh(normal / np.outer(size, size))
+    power = np.maximum(power, 2e-9)  # differences that rounding made parallel
+    root = axes * np.sqrt(power)
+    target = (axes.T @ (right / size)) / np.sqrt(power)
     low, high = np.minimum(lower * size, 0.0) - 1e-12, np.maximum(upper * size, 0.0) + 1e-12
     return np.asarray(lsq_linear(root.T, target, (low, high), method="bvls").x / size, dtype=np.float64)
 

@@ -1,0 +1,50 @@
+"""Whether a later effect is one of its own, or a patch on the form of those found before it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.proof import Proof
+from mrctl.identify.effects_fit import Effects
+
+Array = NDArray[np.float64]
+
+SILENT = 1.0 / 3.0  # of the samples: where the effects found before make the least force
+
+
+def elsewhere(before: Proof, after: Proof, found: set[str]) -> float:
+    """What a later effect takes off the mean square where the effects found are silent, over what it takes.
+
+    A form that is not quite right leaves its error where the effect acts: what mends it takes nothing
+    elsewhere (0). What has nothing to do with it takes as much there as anywhere (1), or more.
+    """
+    parts = zip(_force_of(before, found), _residuals(before), _residuals(after), strict=True)
+    forces, old, new = (np.concatenate(x) for x in zip(*(_aligned(*p) for p in parts), strict=True))
+    taken = old**2 - new**2
+    size = np.abs(forces)
+    silent = size <= np.quantile(size, SILENT)
+    return float(taken[silent].mean() / taken.mean()) if taken.mean() > 0.0 else 0.0
+
+
+def _force_of(proof: Proof, names: set[str]) -> list[Array]:
+    """What these effects make of each record's force, tables and filter as they are."""
+    fit, model = proof.fit, proof.fit.model
+    chosen = model.effects.chosen
+    keep = np.concatenate(
+        [np.ones(model.layout.size, dtype=bool)]
+        + [np.full(len(e.parameters), e.name not in names) for e in chosen]
+    )
+    rest = model.with_effects(Effects(tuple(e for e in chosen if e.name not in names)))
+    both = zip(model.records, model.predict(fit.theta), rest.predict(fit.theta[keep]), strict=True)
+    return [model.weighed(record, whole - part) for record, whole, part in both]
+
+
+def _residuals(proof: Proof) -> list[Array]:
+    return proof.fit.model.residuals(proof.fit.theta)
+
+
+def _aligned(*parts: Array) -> tuple[Array, ...]:
+    """The last samples that all have: starts of different length are left out of them."""
+    n = min(p.size for p in parts)
+    return tuple(p[p.size - n :] for p in parts)
