@@ -86,7 +86,11 @@ def budget_of(
     noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
     upper = noise if spectral is None else min(spectral.most_n**2, most)
     doubted = min((1.0 + SPECTRAL_DOUBT) * noise, max(most, noise))
-    return Budget(total, total, noise, measured=False, most_noise=max(doubted, upper), certain=certain)
+    # The sensor has at least the noise that it is known to have in some runs.
+    sensor = float(sizes[known] @ np.maximum(noises - beside, 0.0)[known]) / samples
+    shared = (1.0 + CYCLE_DOUBT) * (sensor + float(np.average(beside, weights=sizes))) if known.any() else 0.0
+    highest = max(doubted, upper, shared)
+    return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain)
 
 
 def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.elsewhere import elsewhere
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.grow import without
+from mrctl.discover.grow import settled, without
 from mrctl.discover.lines import Line, line_of
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
@@ -149,7 +149,7 @@ def _search(
         best = simplest(good[0], level, good)
         if found and not _matters(evidence, base, here, best):
             break
-        here = best.proof
+        here = settled(best.proof, evidence.folds)
         found.append(best)
     return levels, found
 

@@ -17,7 +17,7 @@ from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import with_plain_lag
 from mrctl.discover.refit import part
-from mrctl.discover.step_times import timed
+from mrctl.discover.step_times import timed, without_steps
 from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
@@ -173,10 +173,13 @@ class Evidence:
         return budget_of(errors, brought, self.floors, [r.rate_hz / r.finer for r in self.full])
 
     def steady_errors(self, fit: JointFit) -> list[Array]:
-        """Measured less modelled force in N at the samples measured, without starts that a fit leaves out."""
+        """Measured less modelled force in N at the samples measured, without starts that a fit leaves out.
+
+        Nor what hangs on when between two samples a current stepped.
+        """
         model = fit.model.on(self.full)
         return [
-            e[:: r.finer][model.settle_blocks(fit.theta, r) * model.factor(r) // r.finer :]
+            without_steps(r, e[:: r.finer][model.settle_blocks(fit.theta, r) * model.factor(r) // r.finer :])
             for r, e in zip(self.full, model.errors(fit.theta), strict=True)
         ]
 

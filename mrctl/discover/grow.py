@@ -16,6 +16,7 @@ from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
+from mrctl.identify.solver import covariance
 from mrctl.model.effects.base import Effect, Stage, Vector
 
 Array = NDArray[np.float64]
@@ -25,6 +26,7 @@ DEAR_TOGETHER = {Stage.MOTION, Stage.YIELD}  # no slope of theirs is known but b
 _WINDING = (Stage.MOTION, Stage.TEMPERATURE)  # whose first look says little about where they end
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
 ITERATIONS = 20
+QUIETER = 0.5  # of the mean square that a model was weighed by
 
 
 def grown(before: Tangent, look: Look) -> JointFit:
@@ -101,6 +103,27 @@ def without(proof: Proof, name: str, folds: Folds) -> Proof:
         tolerance=TOLERANCE,
     )
     return prove(smaller, folds)
+
+
+def settled(proof: Proof, folds: Folds) -> Proof:
+    """The fit at the noise that it leaves, where that is far less than the noise it began with.
+
+    Tables are as smooth as the noise demands: those smoothed for the error of a model without the effect
+    leave an error of their own.
+    """
+    fit = proof.fit
+    noise = float(np.mean(fit.model.noise_n**2))
+    if proof.mean_square > QUIETER * noise:
+        return proof
+    model = fit.model.with_effects(fit.model.effects)
+    model.reweigh(fit.theta)
+    free = moving(fit)
+    quick = partial(model.fit, free=free, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
+    rough = quick(fit.theta, penalties=fit.penalties)
+    spread = covariance(rough.solution.normal, rough.penalties, rough.solution.held)
+    return prove(
+        quick(rough.theta, penalties=[p.reweighed(rough.theta, spread) for p in fit.penalties]), folds
+    )
 
 
 def moving(fit: JointFit) -> NDArray[np.bool_]:

@@ -28,6 +28,8 @@ TRIED = 0.25  # of an interval: the shift by which the slope is taken
 SPREAD = 12.0**-0.5  # of a time that is uniform over one interval
 MOST = 0.5  # of an interval, to either side
 PASSES = 2
+MOST_HIDDEN = 0.2  # of a record's samples
+AFTER_S, MOST_AFTER = 0.005, 3  # and samples, in which the force shows when within its interval a step was
 
 
 def timed(records: Sequence[Record], fit: JointFit) -> list[Record]:
@@ -52,6 +54,27 @@ def timed(records: Sequence[Record], fit: JointFit) -> list[Record]:
             for r, at, e, other, s, d in zip(records, places, errors, others, shares, by, strict=True)
         ]
     return _placed(records, places, shares)
+
+
+def without_steps(record: Record, error: Array) -> Array:
+    """A model's error (n measured samples, to the record's end), straight over the moments after steps.
+
+    There it hangs on when between two samples the current stepped, and no model knows.
+    """
+    current = record.current_a[:: record.finer]
+    jumps = np.abs(np.diff(current))
+    if not jumps.any():
+        return error
+    rate = record.rate_hz / record.finer
+    at = np.flatnonzero(jumps >= LEAST_STEP * float(np.ptp(current))) + 1 - (current.size - error.size)
+    count = min(max(1, int(np.ceil(AFTER_S * rate))), MOST_AFTER)
+    hidden = (at[:, None] + np.arange(count)).ravel()
+    hidden = hidden[(hidden > 0) & (hidden < error.size - 1)]
+    # What changes in many samples on end is a slope, not a step.
+    if hidden.size > MOST_HIDDEN * error.size:
+        return error
+    seen = np.setdiff1d(np.arange(error.size), hidden)
+    return np.asarray(np.interp(np.arange(error.size), seen, error[seen]))
 
 
 def lone_steps(record: Record, least_a: float) -> Ints:

@@ -37,6 +37,18 @@ FLOOR_SHARE = 1e-5  # of the force scale: noise below this is no noise
 EFFECT_SPREAD = 30.0  # steps that matter: the weak pull of an effect's parameters to neutral
 FASTEST_POLE = 0.8 * np.pi / hysteresis.UNIT_RAD_S  # times the sample rate
 SLOWEST_POLE = 0.02  # 0.2 Hz
+BEND_STEP = 0.1  # of a step, over which the forces' bend is taken
+MOST_KEPT = 12_000_000  # slopes, of 8 bytes each
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WeighedSlopes:
+    """A batch's slopes (m, blocks) by parameters `index`, its residual, the weights' roots (blocks each)."""
+
+    index: NDArray[np.intp]
+    values: Array
+    rest: Array
+    roots: Array
 
 
 @dataclass
@@ -56,6 +68,7 @@ class JointModel:
     noise_n: Array = field(init=False, repr=False)
     _traces: list[Trace | None] = field(init=False, repr=False, default_factory=list)
     _kept: effects_fit.Kept = field(init=False, repr=False, default_factory=effects_fit.Kept)
+    _slopes: list[WeighedSlopes] | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         self.batches = batches(self.layout, self.records, self.factor)
@@ -86,6 +99,7 @@ class JointModel:
         """Let go of the kept simulations and slopes; they are made again when asked for."""
         self._traces = [None] * len(self.batches)
         self._kept = effects_fit.Kept()
+        self._slopes = None
 
     @property
     def size(self) -> int:
@@ -225,21 +239,41 @@ class JointModel:
             yield rest[skip:], replace(rows, values=rows.values[:, skip:])
 
     def normal(self, theta: Array) -> Normal:
-        """Weighted normal equations, batch by batch, so that memory does not grow with the data."""
+        """Weighted normal equations, batch by batch; slopes are kept for `bend` where they are not many."""
         dampers = effects_fit.Dampers(self.layout, self.tables(theta), self._kept)
+        keep = sum(b.force_n.size // b.factor for b in self.batches) * self.size <= MOST_KEPT
 
-        def part(k: int) -> tuple[NDArray[np.intp], Array, Array, float]:
+        def part(k: int) -> tuple[WeighedSlopes | None, NDArray[np.intp], Array, Array, float]:
             rest, rows = self._linear(theta, k, dampers)
             roots = self.block_weights(self.batches[k], theta)
             rest, values = rest * roots, np.multiply(rows.values, roots, out=rows.values)
-            return rows.index, values @ values.T, values @ rest, 0.5 * float(rest @ rest)
+            kept = WeighedSlopes(rows.index, values, rest, roots) if keep else None
+            return kept, rows.index, values @ values.T, values @ rest, 0.5 * float(rest @ rest)
 
         matrix, right, cost = np.zeros((self.size, self.size)), np.zeros(self.size), 0.0
-        for index, own, own_right, own_cost in in_parallel(part, range(len(self.batches))):
+        kept = []
+        for slopes_, index, own, own_right, own_cost in in_parallel(part, range(len(self.batches))):
+            kept.append(slopes_)
             matrix[np.ix_(index, index)] += own
             right[index] += own_right
             cost += own_cost
+        self._slopes = [one for one in kept if one is not None] if keep else None
         return Normal(matrix, right, cost)
+
+    def bend(self, theta: Array, step: Array) -> Array | None:
+        """J'W F'' at the last normal equations' point: F'' is the forces' second derivative along a step."""
+        if self._slopes is None:
+            return None
+        there = theta + BEND_STEP * step
+        lower, upper = self.bounds()
+        if np.any((there < lower) | (there > upper)):
+            return None
+        pull = np.zeros(self.size)
+        for batch, force, own in zip(self.batches, self._forces(there), self._slopes, strict=True):
+            moved = own.rest - batch.weighed(batch.force_n - force) * own.roots
+            bent = (moved / BEND_STEP - step[own.index] @ own.values) * (2.0 / BEND_STEP)
+            pull[own.index] += own.values @ bent
+        return pull if np.all(np.isfinite(pull)) else None
 
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of each parameter: f rises, g has the velocity's sign, poles are within reach."""
@@ -338,6 +372,7 @@ class JointModel:
                 free=free,
                 iterations=iterations,
                 tolerance=max(least, tolerance * self.cost(theta)) if tolerance else least,
+                bend=self.bend,
             )
             theta = solution.theta
             if number < rounds - 1:

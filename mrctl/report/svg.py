@@ -17,7 +17,7 @@ NARROW = 344.0
 
 _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
-# Advance widths in thousandths of the font size: the wider of Helvetica's (Arial's, Liberation's) and DejaVu's.
+# Advance widths in thousandths of the font size: the wider of Helvetica's (and Arial's) and DejaVu's.
 _WIDTHS = {
     **dict.fromkeys("'ijl", 280),
     **dict.fromkeys("I", 300),
