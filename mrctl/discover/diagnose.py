@@ -41,10 +41,11 @@ LATER_LEFT = 0.6  # or of what is still left over the noise, ...
 LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
 LATER_CLEARING = 0.004  # ... or this share where with it nothing but noise is left; ...
 ELSEWHERE = 0.15  # ... either takes this much, relative to all, where those found before are silent, ...
-MOSTLY_ELSEWHERE = 0.5  # ... and this much will do in place of a share of all
+MOSTLY_ELSEWHERE = 1.0  # ... and this much will do in place of a share of all
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
+FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
 OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
 
 
@@ -158,8 +159,8 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
     It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
-    or nothing but noise is left with it and more was without. A small one must act where the earlier ones
-    are silent.
+    or nothing but noise is left with it and more was without. Where the earlier ones are silent at times, a
+    small one must act there too.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
@@ -167,12 +168,13 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
         return True
     found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
     beside = elsewhere(here, best.proof, found)
-    if beside < ELSEWHERE:
+    if beside is not None and beside < ELSEWHERE:
         return False
     before, after = evidence.budget(here.fit), evidence.budget(best.fit)
     certain = before.excess > 0.0
     if taken > LATER_LEFT * (before.total - after.noise):
-        return taken > LATER_LEAST * every or (certain and beside > MOSTLY_ELSEWHERE)
+        apart = certain and beside is not None and beside > MOSTLY_ELSEWHERE
+        return apart or taken > LATER_LEAST * every
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
     return certain and cleared and taken > LATER_CLEARING * every
 
@@ -259,7 +261,7 @@ class Balance:
 def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     """What a model leaves over the noise, beyond the doubt about the noise itself."""
     budget = evidence.budget(final.fit)
-    structured = left.explained_n2 - LEFT_OF_NOISE * left.mean_square_n2 if left.significant else 0.0
+    structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
     line = line_of(evidence.steady_errors(final.fit), rates)
     shaken = 0.0 if line is None else line.mean_square_n2
@@ -277,7 +279,7 @@ def _verdict(
     if not named:
         return ("none", ()) if cleared else ("unexplained", ())
     explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
-    if (not cleared and explained < EXPLAINED) or _foreseen(base, final) < EXPLAINED:
+    if (not cleared and explained < EXPLAINED) or _foreseen(base, final) < FORESEEN:
         return "unexplained", ()
     names = [f.trial.effect.name for f in named]
     rivals = [r.name for f in named for r in f.rivals]

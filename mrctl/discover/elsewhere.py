@@ -10,10 +10,11 @@ from mrctl.identify.effects_fit import Effects
 
 Array = NDArray[np.float64]
 
-SILENT = 1.0 / 3.0  # of the samples: where the effects found before make the least force
+SILENT = 0.02  # of the RMS of what the effects found make of the force, ...
+LEAST_SILENT = 0.1  # ... in this share of the samples
 
 
-def elsewhere(before: Proof, after: Proof, found: set[str]) -> float:
+def elsewhere(before: Proof, after: Proof, found: set[str]) -> float | None:
     """What a later effect takes off the mean square where the effects found are silent, over what it takes.
 
     A form that is not quite right leaves its error where the effect acts: what mends it takes nothing
@@ -23,7 +24,9 @@ def elsewhere(before: Proof, after: Proof, found: set[str]) -> float:
     forces, old, new = (np.concatenate(x) for x in zip(*(_aligned(*p) for p in parts), strict=True))
     taken = old**2 - new**2
     size = np.abs(forces)
-    silent = size <= np.quantile(size, SILENT)
+    silent = size <= SILENT * np.sqrt(np.mean(size**2))
+    if silent.mean() < LEAST_SILENT:
+        return None
     return float(taken[silent].mean() / taken.mean()) if taken.mean() > 0.0 else 0.0
 
 

@@ -15,7 +15,7 @@ from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.penalties import weighed_as
+from mrctl.identify.penalties import Penalty, weighed_as
 from mrctl.identify.solver import covariance
 from mrctl.model.effects.base import Effect, Stage, Vector
 
@@ -25,6 +25,7 @@ Folds = Sequence[tuple[int, ...]]
 DEAR_TOGETHER = {Stage.MOTION, Stage.YIELD}  # no slope of theirs is known but by differences
 _WINDING = (Stage.MOTION, Stage.TEMPERATURE)  # whose first look says little about where they end
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
+WORTH_FREEING = 10.0  # as WORTH_MOVING, for a parameter that the base had taken up
 ITERATIONS = 20
 QUIETER = 0.5  # of the mean square that a model was weighed by
 
@@ -94,35 +95,38 @@ def without(proof: Proof, name: str, folds: Folds) -> Proof:
         + [np.full(len(e.parameters), e.name != name) for e in chosen]
     )
     model = fit.model.with_effects(Effects(rest))
-    smaller = model.fit(
-        fit.theta[keep],
-        penalties=weighed_as(fit.penalties, model.penalties()),
-        free=moving(fit)[keep],
-        rounds=1,
-        iterations=ITERATIONS,
-        tolerance=TOLERANCE,
-    )
-    return prove(smaller, folds)
+    penalties = weighed_as(fit.penalties, model.penalties())
+    return prove(_quick(model, fit.theta[keep], penalties, moving(fit)[keep]), folds)
 
 
 def settled(proof: Proof, folds: Folds) -> Proof:
-    """The fit at the noise that it leaves, where that is far less than the noise it began with.
+    """The fit of a model that was found, at the noise that it leaves and with all that its effects can move.
 
     Tables are as smooth as the noise demands: those smoothed for the error of a model without the effect
-    leave an error of their own.
+    leave an error of their own. And what that model took up of an effect, this one may not.
     """
     fit = proof.fit
-    noise = float(np.mean(fit.model.noise_n**2))
-    if proof.mean_square > QUIETER * noise:
-        return proof
-    model = fit.model.with_effects(fit.model.effects)
-    model.reweigh(fit.theta)
-    free = moving(fit)
-    quick = partial(model.fit, free=free, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
-    rough = quick(fit.theta, penalties=fit.penalties)
-    spread = covariance(rough.solution.normal, rough.penalties, rough.solution.held)
-    return prove(
-        quick(rough.theta, penalties=[p.reweighed(rough.theta, spread) for p in fit.penalties]), folds
+    model, free = fit.model, moving(fit)
+    quiet = proof.mean_square < QUIETER * float(np.mean(model.noise_n**2))
+    if quiet:
+        model = model.with_effects(model.effects)
+        model.reweigh(fit.theta)
+        fit = _quick(model, fit.theta, fit.penalties, free)
+        spread = covariance(fit.solution.normal, fit.penalties, fit.solution.held)
+        fit = _quick(model, fit.theta, [p.reweighed(fit.theta, spread) for p in fit.penalties], free)
+    held = np.count_nonzero(model.free() & ~free)
+    if held:
+        wider = _quick(model, fit.theta, fit.penalties, model.free())
+        if wider.total < fit.total - WORTH_FREEING * held:
+            return prove(wider, folds)
+    return prove(fit, folds) if quiet else proof
+
+
+def _quick(
+    model: JointModel, theta: Array, penalties: Sequence[Penalty], free: NDArray[np.bool_]
+) -> JointFit:
+    return model.fit(
+        theta, penalties=penalties, free=free, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE
     )
 
 
@@ -138,12 +142,5 @@ def again(proof: Proof, base: Array, folds: Folds) -> Proof:
     """The better of a fit and the same fit begun with another base."""
     fit, model = proof.fit, proof.fit.model
     theta = np.concatenate([base, fit.theta[base.size :]])
-    other = model.fit(
-        theta,
-        penalties=fit.penalties,
-        free=moving(fit),
-        rounds=1,
-        iterations=ITERATIONS,
-        tolerance=TOLERANCE,
-    )
+    other = _quick(model, theta, fit.penalties, moving(fit))
     return prove(other, folds) if other.total < fit.total - WORTH_MOVING else proof

@@ -73,3 +73,31 @@ def test_runs_that_repeat_are_held_against_their_own_noise_though_they_are_few()
     assert left(errors, floors).excess == pytest.approx(30.0**2 - 10.0**2, rel=0.3)
     floors[0] = NoiseFloor(28.0, "cycles", floors[0].lower_bound_n, cycles=8)
     assert left(errors, floors).excess == 0.0
+
+
+def cyclic(size_n, error):
+    """A run that repeats, with a noise of that size from cycle to cycle."""
+    return NoiseFloor(size_n, "cycles", floor_of(error).lower_bound_n, cycles=8)
+
+
+def test_runs_that_do_not_repeat_are_held_against_the_colour_of_those_that_do():
+    rng = np.random.default_rng(6)
+    errors = [coloured(rng, 0.6, 10.0) for _ in range(RUNS)]
+    floors = [cyclic(10.0, e) if k < 7 else floor_of(e) for k, e in enumerate(errors)]
+    assert left(errors, floors).excess == 0.0
+    for k in (7, 8, 9):
+        errors[k] = errors[k] + 30.0 * np.sin(0.02 * np.arange(N))
+    found = left(errors, floors)
+    assert found.measured
+    assert found.judged < found.most_noise
+    assert found.excess > 0.5 * 0.3 * 450.0
+
+
+def test_noise_that_some_runs_show_is_granted_to_all():
+    rng = np.random.default_rng(8)
+    errors = [coloured(rng, 0.97, 20.0) for _ in range(RUNS)]  # so slow that a spectrum cannot vouch for it
+    floors = [floor_of(e) for e in errors]
+    alone = left(errors, floors).most_noise
+    floors[:3] = [cyclic(20.0, e) for e in errors[:3]]
+    assert left(errors, floors).most_noise > max(alone, 1.2 * 20.0**2)
+    assert left(errors, floors).excess == 0.0

@@ -65,3 +65,15 @@ def test_a_current_that_changes_within_cycles_is_not_taken_for_noise(damper):
 
 def test_a_damper_at_rest_has_no_cycles(damper):
     assert noise_floor(sine(damper, amplitude_m=0.0)).floor_n is None
+
+
+def test_what_a_residual_does_not_repeat_is_told_from_what_it_does(damper):
+    run = sine(damper, 500.0, 12.4)
+    floor = noise_floor(run)
+    rng = np.random.default_rng(7)
+    skipped = 130  # samples at the start that a fit leaves out
+    phase = 2.0 * np.pi * np.arange(len(run)) / floor.steady.period
+    error = (40.0 * np.sin(3.0 * phase) + rng.normal(0.0, 6.0, len(run)))[skipped:]
+    assert np.sqrt(floor.unrepeated(error)) == pytest.approx(6.0, rel=0.1)
+    assert floor.unrepeated(error[-int(2.5 * floor.steady.period) :]) is None
+    assert noise_floor(road(damper)).unrepeated(error) is None

@@ -10,7 +10,7 @@ import pytest
 from identify.virtual import Bench, random_damper
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.step_times import lone_steps
+from mrctl.discover.step_times import lone_steps, without_steps
 from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign, Run
 
@@ -82,3 +82,19 @@ def test_only_steps_that_stand_alone_are_looked_at():
     flat = np.zeros(1000)
     record = Record(0, RATE_HZ, flat, current, flat, flat, flat, flat)
     assert lone_steps(record, 0.1).tolist() == [199, 899]
+
+
+def test_what_hangs_on_a_step_between_two_samples_is_left_out_and_nothing_else():
+    current, flat = np.zeros(1000), np.zeros(1000)
+    current[300:] = 2.0
+    current[600:650] += np.linspace(0.0, 1.0, 50)  # a slope: no step
+    current[650:] += 1.0
+    record = Record(0, RATE_HZ, flat, current, flat, flat, flat, flat)
+    error = np.random.default_rng(1).standard_normal(900)  # the record's last 900 samples
+    error[200:203] = 80.0
+    left = without_steps(record, error)
+    assert np.max(np.abs(left[199:204])) < 4.0
+    untouched = np.r_[0:200, 203:900]
+    assert left[untouched] == pytest.approx(error[untouched])
+    steady = Record(0, RATE_HZ, flat, np.ones(1000), flat, flat, flat, flat)
+    assert without_steps(steady, error) is error

@@ -1,0 +1,68 @@
+"""The solver in a narrow valley that bends, and with slopes that are alike."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrctl.discover.screen import _bounded_step
+from mrctl.identify.solver import Normal, solve
+
+FAR = np.full(2, np.inf)
+
+
+class Valley:
+    """Residuals (STEEP (y - x²), 1 - x): Rosenbrock's, and a good deal narrower."""
+
+    STEEP = 300.0
+
+    def residual(self, theta):
+        return np.array([self.STEEP * (theta[1] - theta[0] ** 2), 1.0 - theta[0]])
+
+    def slopes(self, theta):
+        """Of the force, which is what the residual falls by."""
+        return -np.array([[-2.0 * self.STEEP * theta[0], self.STEEP], [-1.0, 0.0]])
+
+    def cost(self, theta):
+        rest = self.residual(theta)
+        return 0.5 * float(rest @ rest)
+
+    def normal(self, theta):
+        slopes = self.slopes(theta)
+        return Normal(slopes.T @ slopes, slopes.T @ self.residual(theta), self.cost(theta))
+
+    def bend(self, theta, step):
+        second = np.array([2.0 * self.STEEP * step[0] ** 2, 0.0])  # of the force along the step
+        return self.slopes(theta).T @ second
+
+
+def test_a_step_that_follows_the_bend_gets_there_in_fewer():
+    valley, start = Valley(), np.array([-1.9, 2.0])
+    given = {"iterations": 500, "tolerance": 1e-12}
+    plain = solve(valley.normal, valley.cost, start, -FAR, FAR, [], **given)
+    bent = solve(valley.normal, valley.cost, start, -FAR, FAR, [], bend=valley.bend, **given)
+    assert plain.theta == pytest.approx([1.0, 1.0], abs=1e-4)
+    assert bent.theta == pytest.approx([1.0, 1.0], abs=1e-4)
+    assert bent.iterations < 0.5 * plain.iterations
+
+
+def test_a_bound_in_the_valley_holds():
+    valley = Valley()
+    found = solve(
+        valley.normal, valley.cost, np.array([-1.9, 2.0]), -FAR, np.array([0.5, np.inf]), [],
+        iterations=300, tolerance=1e-12, bend=valley.bend,
+    )  # fmt: skip
+    assert found.theta == pytest.approx([0.5, 0.25], abs=1e-3)
+    assert found.held.tolist() == [True, False]
+
+
+def test_slopes_that_rounding_made_parallel_still_give_a_step():
+    rows = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [0.5, -1.0, 2.0]])
+    gram = rows @ rows.T
+    gram[0, 0] -= 1e-8  # what differences of rounded forces leave: not even positive
+    right = rows @ np.array([1.0, 1.0, 1.0])
+    step = _bounded_step(gram, right, np.full(3, -10.0), np.full(3, 10.0))
+    assert np.all(np.isfinite(step))
+    assert rows.T @ step == pytest.approx(
+        rows.T @ np.linalg.lstsq(rows.T, np.array([1.0, 1.0, 1.0]), rcond=1e-6)[0], abs=1e-3
+    )
