@@ -79,17 +79,15 @@ def budget_of(
     certain = judged - measured if judged > (1.0 + FEW_DOUBT) * measured else 0.0
     spectral = spectral_floor(errors, rates_hz, brought)
     # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
-    most = min(
-        (MOST_COLOURED * float(np.median(least))) ** 2 + _mean_square(brought),
-        _steady(errors, brought, floors),
-    )
+    red = (MOST_COLOURED * float(np.median(least))) ** 2 + _mean_square(brought)
+    most = min(red, _steady(errors, brought, floors))
     noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
     upper = noise if spectral is None else min(spectral.most_n**2, most)
     doubted = min((1.0 + SPECTRAL_DOUBT) * noise, max(most, noise))
     # The sensor has at least the noise that it is known to have in some runs.
     sensor = float(sizes[known] @ np.maximum(noises - beside, 0.0)[known]) / samples
     shared = (1.0 + CYCLE_DOUBT) * (sensor + float(np.average(beside, weights=sizes))) if known.any() else 0.0
-    highest = max(doubted, upper, shared)
+    highest = max(doubted, upper, min(shared, red))
     return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain)
 
 
