@@ -114,7 +114,7 @@ EFFECT = Effect(
         "The mount carries the damper's force behind a lag as long as H's; forces beside it are left out."
     ),
     parameters=(
-        Parameter("compliance_m_n", "m/N", 0.0, 0.0, 2e-5, 5e-7, "one over the mount's stiffness"),
+        Parameter("compliance_m_n", "m/N", 0.0, 0.0, 1e-4, 5e-7, "one over the mount's stiffness"),
         Parameter("damping_n_s_m", "N*s/m", 1e3, 0.0, 1e5, 1e3, "damping of the mount"),
     ),
     step=step,
