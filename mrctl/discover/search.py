@@ -25,7 +25,7 @@ NEAR = 0.2  # of the best look's gain: looks below are not fitted, ...
 HOPELESS = 3e-3  # ... nor those that take less of the square sum: far too little to be named
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
-CLOSE_TRIAL = 0.7  # of the best trial's gain, to be begun once more from its base
+CLOSE_TRIAL = 0.7  # of the best trial's gain, or its look's, to be begun once more from its base
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,17 +131,16 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
     size = before.fit.model.layout.size
     there = best.fit.theta[:size]
     before = again(before, there, folds)
-    least = CLOSE_TRIAL * best.gain
-    trials = in_parallel(lambda t: t if t is best else _from(t, there, least, folds), trials)
+    close = [
+        t
+        for t in trials
+        if t is not best
+        and (t.gain >= CLOSE_TRIAL * best.gain or t.look.gain >= CLOSE_TRIAL * best.look.gain)
+    ]
+    begun = in_parallel(lambda t: replace(t, proof=again(t.proof, there, folds)), close)
+    trials = begun + [t for t in trials if t not in close]
     colour = min(trials, key=lambda t: t.proof.mean_square).proof.colour
     return before, [_judged(before, t, colour) for t in trials]
-
-
-def _from(trial: Trial, base: Array, least: float, folds: Folds) -> Trial:
-    """The trial, begun once more from another base, if it is close enough to matter."""
-    if trial.gain < least:
-        return trial
-    return replace(trial, proof=again(trial.proof, base, folds))
 
 
 def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
