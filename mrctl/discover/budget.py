@@ -80,7 +80,7 @@ def budget_of(
     spectral = spectral_floor(errors, rates_hz, brought)
     # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
     red = (MOST_COLOURED * float(np.median(least))) ** 2 + _mean_square(brought)
-    most = min(red, _steady(errors, brought, floors))
+    most = min(red, _steady(errors, own, beside, least))
     noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
     upper = noise if spectral is None else min(spectral.most_n**2, most)
     doubted = min((1.0 + SPECTRAL_DOUBT) * noise, max(most, noise))
@@ -100,15 +100,14 @@ def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:
     return own + brought if unrepeated is None else max(own, min(own + brought, unrepeated))
 
 
-def _steady(errors: Sequence[Array], brought: Sequence[Array], floors: Sequence[NoiseFloor]) -> float:
+def _steady(errors: Sequence[Array], own: Array, beside: Array, least: Array) -> float:
     """The largest mean square that noise can have which is the same in all records and at all times.
 
     From run to run it may differ in size, then from sample to sample too. A model's errors come and go.
+    own, beside, least (records each): what is left, of it the input's, in N²; noise from sample to sample, N.
     """
-    sizes = np.array([e.size for e in errors], dtype=np.float64)
-    own = np.array([float(np.mean(e * e)) for e in errors])
-    beside = np.array([float(np.mean(b * b)) for b in brought])
-    least = np.array([max(f.lower_bound_n, 1e-12) for f in floors])
+    sizes = [e.size for e in errors]
+    least = np.maximum(least, 1e-12)
     quiet = float(np.quantile(np.sqrt(np.maximum(own - beside, 0.0)) / least, QUIET))
     usual = np.array([SCALE * float(np.median(np.abs(e - np.median(e)))) for e in errors])
     by_record = (UNSTEADY * quiet * least) ** 2 + beside

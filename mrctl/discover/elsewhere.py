@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof
-from mrctl.identify.effects_fit import Effects
 
 Array = NDArray[np.float64]
 
@@ -33,12 +32,9 @@ def elsewhere(before: Proof, after: Proof, found: set[str]) -> float | None:
 def _force_of(proof: Proof, names: set[str]) -> list[Array]:
     """What these effects make of each record's force, tables and filter as they are."""
     fit, model = proof.fit, proof.fit.model
-    chosen = model.effects.chosen
-    keep = np.concatenate(
-        [np.ones(model.layout.size, dtype=bool)]
-        + [np.full(len(e.parameters), e.name not in names) for e in chosen]
-    )
-    rest = model.with_effects(Effects(tuple(e for e in chosen if e.name not in names)))
+    effects, stays = model.effects.less(names)
+    keep = np.concatenate([np.ones(model.layout.size, dtype=bool), stays])
+    rest = model.with_effects(effects)
     both = zip(model.records, model.predict(fit.theta), rest.predict(fit.theta[keep]), strict=True)
     return [model.weighed(record, whole - part) for record, whole, part in both]
 

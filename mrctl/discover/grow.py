@@ -88,13 +88,9 @@ def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> Joi
 def without(proof: Proof, name: str, folds: Folds) -> Proof:
     """The same model less one effect, fitted anew from where it stands."""
     fit = proof.fit
-    chosen = fit.model.effects.chosen
-    rest = tuple(e for e in chosen if e.name != name)
-    keep = np.concatenate(
-        [np.ones(fit.model.layout.size, dtype=bool)]
-        + [np.full(len(e.parameters), e.name != name) for e in chosen]
-    )
-    model = fit.model.with_effects(Effects(rest))
+    effects, stays = fit.model.effects.less({name})
+    keep = np.concatenate([np.ones(fit.model.layout.size, dtype=bool), stays])
+    model = fit.model.with_effects(effects)
     penalties = weighed_as(fit.penalties, model.penalties())
     return prove(_quick(model, fit.theta[keep], penalties, moving(fit)[keep]), folds)
 

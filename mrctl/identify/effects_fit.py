@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +36,11 @@ class Effects:
     def size(self) -> int:
         """How many parameters there are."""
         return len(self.parameters)
+
+    def less(self, names: Container[str]) -> tuple[Effects, NDArray[np.bool_]]:
+        """Those of other names, and which of the vector's parameters are theirs."""
+        stays = np.array([e.name not in names for e, _ in self.parameters], dtype=bool)
+        return Effects(tuple(e for e in self.chosen if e.name not in names)), stays
 
     def pack(self, values: Mapping[str, Sequence[float]]) -> Array:
         """The scaled vector of each effect's parameters; those not named are typical."""
