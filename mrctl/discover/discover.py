@@ -26,7 +26,7 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
     """Find the effects that this data bears out, add them one by one, and say what remains.
 
     An effect that this campaign cannot tell from another is not added: the next run decides. One that
-    explains a part only is added, since it predicts what it has not seen, and the rest is called unexplained.
+    explains a part only is added, if it helps to predict runs left out, and the rest is called unexplained.
     """
     found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what))
     sure = [one for one in found.found if not one.rivals]
@@ -41,11 +41,17 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         free,
         lambda share, what: report(0.6 + 0.4 * share, what),
         found.evidence,
+        falling=True,
     )
     verdict = "none" if found.verdict == "found" else found.verdict
+    if extension.refused and verdict == "none":
+        verdict = "unexplained"
     words = {
         "none": "Nothing is left that this campaign can show.",
         "ambiguous": "What is left could be one of several effects; see the next run.",
         "unexplained": "What is left is explained by no known effect.",
     }[verdict]
+    if extension.refused:
+        names = ", ".join(extension.refused)
+        words += f" Not added, since runs that were left out are predicted worse with it: {names}."
     return Discovery(found, extension, verdict, words)

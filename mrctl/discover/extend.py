@@ -33,6 +33,7 @@ class Extension:
     steps: tuple[tuple[tuple[str, ...], float], ...]  # effects, and the held-out error in N with them
     held_out: tuple[str, ...]
     noise_floor_n: float | None
+    refused: tuple[str, ...] = ()  # effects with which the runs left out were predicted worse
 
     @property
     def rmse_before_n(self) -> float:
@@ -53,32 +54,41 @@ def extend(
     free: Mapping[str, Sequence[bool]] | None = None,
     report: Report = lambda _share, _what: None,
     evidence: Evidence | None = None,
+    *,
+    falling: bool = False,
 ) -> Extension:
     """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
     values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it; without
-    one it is made here. Raises InputError for a campaign without a usable run, ValueError where the filter
-    found cannot be carried to the loop's rates.
+    one it is made here. falling: add only those with which the error on the runs left out falls. Raises
+    InputError for a campaign without a usable run, ValueError where the filter found cannot be carried to the
+    loop's rates.
     """
     given = dict(values or {})
     measured = Evidence.of(campaign)
     records = thinned((evidence or _ready(measured, (*known, *added), given)).full)
     parts = split(campaign, thinned(measured.full), records)
-    steps = []
-    fit: JointFit | None = None
-    first: JointFit | None = None
-    for count in range(len(added) + 1):
-        chosen = (*known, *added[:count])
-        report(count / (len(added) + 2), ", ".join(e.name for e in chosen) or "base model")
-        fit = _proven(parts, chosen, given, free, fit)
-        first = first or fit
-        steps.append((tuple(e.name for e in chosen), error_on(fit, parts.held_out)))
+    report(0.0, ", ".join(e.name for e in known) or "base model")
+    first = fit = fitted(
+        parts.training, known, {e.name: given.get(e.name, e.typical) for e in known}, free=free
+    )
+    steps = [(_names(known), error_on(first, parts.held_out))]
+    chosen, refused = tuple(known), []
+    for count, effect in enumerate(added, 1):
+        report(count / (len(added) + 2), ", ".join(_names((*chosen, effect))))
+        more = _with(fit, parts, (*chosen, effect), given, free)
+        error = error_on(more, parts.held_out)
+        if falling and error > steps[-1][1]:
+            refused.append(effect.name)
+            continue
+        chosen, fit = (*chosen, effect), more
+        steps.append((_names(chosen), error))
     report((len(added) + 1) / (len(added) + 2), "all runs")
-    whole = fitted(records, (*known, *added), dict(fit.effect_values) if fit else given, start=fit, free=free)
+    whole = fitted(records, chosen, dict(fit.effect_values), start=fit, free=free)
     std = table_std(whole, whole.covariance())
-    plain = fitted(records, known, given, start=first) if added else whole
+    plain = fitted(records, known, given, start=first) if len(chosen) > len(known) else whole
     return Extension(
-        tuple(e.name for e in (*known, *added)),
+        _names(chosen),
         plain,
         whole,
         damper_of(whole),
@@ -86,7 +96,12 @@ def extend(
         tuple(steps),
         parts.names,
         parts.noise_floor_n,
+        tuple(refused),
     )
+
+
+def _names(chosen: Sequence[Effect]) -> tuple[str, ...]:
+    return tuple(e.name for e in chosen)
 
 
 def _ready(evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Vector]) -> Evidence:
@@ -99,17 +114,13 @@ def _ready(evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Ve
     return evidence.timed(fit)
 
 
-def _proven(
+def _with(
+    before: JointFit,
     parts: Split,
     chosen: Sequence[Effect],
     values: Mapping[str, Vector],
     free: Mapping[str, Sequence[bool]] | None,
-    before: JointFit | None,
 ) -> JointFit:
-    """The fit of the training records, begun where the smaller model's stood and at the given values."""
-    if before is None:
-        return fitted(
-            parts.training, chosen, {e.name: values.get(e.name, e.typical) for e in chosen}, free=free
-        )
+    """The fit of the training records with one more effect, the last of the chosen, begun at its value."""
     begin = grown_by(before, chosen[-1], values.get(chosen[-1].name))
     return fitted(parts.training, chosen, begin.effect_values, start=begin, free=free)

@@ -20,6 +20,7 @@ from mrctl.model.effects.base import Settings, Stage
 from mrctl.model.filters import plain_lag
 from mrctl.model.static import StaticTables
 from mrctl.simulate import Run, Trace, stages
+from mrctl.simulate.yield_slopes import yield_slopes
 
 Array = NDArray[np.float64]
 
@@ -60,13 +61,8 @@ def linearise(
     by_differences = settings[Stage.MOTION] and not bends
     if settings[Stage.YIELD] and not by_differences:
         level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), inner)
-        slopes.static[:] = _pushed(
-            slopes.static,
-            level_rows,
-            mean(here.static_n),
-            mean(here.level_n),
-            lambda f, lev: stages.yielding(settings[Stage.YIELD], f, v, x, lev, dt, starts),
-        )
+        signals = mean(here.static_n), v, x, mean(here.level_n)
+        slopes.static[:] = yield_slopes(settings[Stage.YIELD], signals, dt, starts, slopes.static, level_rows)
     if bends:
         bare = base.slope_rows(inputs, layout, t).static
         by_motion = Motion.of(dampers.static(run), here, settings, t.filter)
@@ -81,12 +77,11 @@ def linearise(
         slopes.values[slopes.static.shape[0] :] += bent + bent_beside
     if (settings[Stage.LIMIT] or settings[Stage.OUTPUT]) and not by_differences:
 
-        def after(force: Array, _: Array) -> Array:
+        def after(force: Array) -> Array:
             limited = stages.limited(settings[Stage.LIMIT], force, v, x, dt, starts)
             return stages.measured(settings[Stage.OUTPUT], limited, dt, starts)
 
-        total = mean(here.sum_n)
-        slopes.values[:] = _pushed(slopes.values, np.zeros((0, 0)), total, total, after)
+        slopes.values[:] = _pushed(slopes.values, mean(here.sum_n), after)
     rows = slopes.in_blocks(factor // inner, effects.size, picked=picked)
 
     def weighed(force: Array) -> Array:
@@ -122,11 +117,9 @@ def _differences(
     return rows
 
 
-def _pushed(
-    rows: Array, level_rows: Array, at: Array, level: Array, stage: Callable[[Array, Array], Array]
-) -> Array:
+def _pushed(rows: Array, at: Array, stage: Callable[[Array], Array]) -> Array:
     """Each slope sent through a stage: what the stage gives beside the point, less what it gives there."""
-    here = stage(at, level)
+    here = stage(at)
     size = float(np.sqrt(np.mean(at * at))) or 1.0
     out = np.empty_like(rows)
     for k, row in enumerate(rows):
@@ -135,8 +128,7 @@ def _pushed(
             out[k] = 0.0
             continue
         small = PUSH * size / steepness
-        beside = level + small * level_rows[k] if k < level_rows.shape[0] else level
-        out[k] = (stage(at + small * row, beside) - here) / small
+        out[k] = (stage(at + small * row) - here) / small
     return out
 
 

@@ -202,6 +202,79 @@ def gives_way(step: Step) -> Step:
     return loop
 
 
+def yield_peaks(step: Step) -> Step:
+    """The loop that tells how large each state of a yield effect, in `s` (m, k), becomes: `out` (k)."""
+
+    def loop(
+        p: P, s: Array, starts: Ints, force_n: Array, velocity_m_s: Array, displacement_m: Array,
+        level_n: Array, dt_s: float, out: Array,
+    ) -> None:  # fmt: skip
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], level_n[k], dt_s)
+                for i in range(own.size):
+                    out[i] = max(out[i], abs(own[i]))
+
+    return loop
+
+
+def yield_slopes(step: Step) -> Step:
+    """The loop over how a yield effect's step moves, by differences along its own path.
+
+    `small` (2 + k) are the differences of force, level and of each of the k states in `s` (m, k);
+    `out` (1 + k, 2 + k, n): how the force, and each state that the step leaves, move with each of them.
+    """
+
+    def loop(
+        p: P, s: Array, starts: Ints, force_n: Array, velocity_m_s: Array, displacement_m: Array,
+        level_n: Array, dt_s: float, small: Array, out: Array,
+    ) -> None:  # fmt: skip
+        before, there = np.empty(s.shape[1]), np.empty(s.shape[1])
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                v, x, f, level = velocity_m_s[k], displacement_m[k], force_n[k], level_n[k]
+                before[:] = own
+                here = step(p, own, f, v, x, level, dt_s)
+                for c in range(small.size):
+                    there[:] = before
+                    if c >= 2:
+                        there[c - 2] += small[c]
+                    by_force, by_level = small[0] * (c == 0), small[1] * (c == 1)
+                    moved = step(p, there, f + by_force, v, x, level + by_level, dt_s)
+                    out[0, c, k] = (moved - here) / small[c]
+                    for i in range(own.size):
+                        out[1 + i, c, k] = (there[i] - own[i]) / small[c]
+
+    return loop
+
+
+def carried(step: Step) -> Step:
+    """The loop over `linear_step`, for one small change of a stage's inputs, each (n), into `out` (n)."""
+
+    def loop(by: Array, s: Array, starts: Ints, force_n: Array, level_n: Array, out: Array) -> None:
+        after = np.empty(s.shape[1])
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(by, own, k, force_n[k], level_n[k], after)
+                own[:] = after
+
+    return loop
+
+
+def linear_step(by: Array, s: Array, k: int, force_n: float, level_n: float, after: Array) -> float:
+    """A small change through sample k's slopes, as `yield_slopes` has them; the states' goes to `after`."""
+    force: float = by[0, 0, k] * force_n + by[0, 1, k] * level_n
+    for i in range(s.size):
+        force += by[0, 2 + i, k] * s[i]
+        after[i] = by[1 + i, 0, k] * force_n + by[1 + i, 1, k] * level_n
+        for c in range(s.size):
+            after[i] += by[1 + i, 2 + c, k] * s[c]
+    return force
+
+
 LOOPS: Mapping[Stage, LoopOf] = {
     Stage.CURRENT: _current,
     Stage.TEMPERATURE: _temperature,
