@@ -28,6 +28,8 @@ SMALLER = 0.2  # of the usual size: an effect may be far below it, ...
 FAR = 10.0  # ... but on the way to a limit that is never reached there is nothing
 SLOPE_STEP = 1e-3  # of a parameter's scale
 WORTH = 0.02  # share of the gain so far that another step must promise
+STARTS = 3  # from which an effect is looked at closely, ...
+KEPT = 0.5  # ... until one gives so much of what the glance at a few records promised there
 # Shares of a slope's square, less than which a parameter can be done without: what is beyond the model, ...
 ABSORBED = 3e-4
 TWIN = 1e-5  # ... and beyond the effect's other parameters, as far as differences are exact
@@ -245,12 +247,23 @@ def _bounded_step(normal: Array, right: Array, lower: Array, upper: Array) -> Ar
 def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely."""
     ranges = ranges_of(tangent.fit.model)
-    glances = in_parallel(Screen(tangent.glance(), ranges).glance, candidates)
-    order = sorted(range(len(candidates)), key=lambda k: -max(gain for gain, _ in glances[k]))
+    few = tangent.glance()
+    glances = [
+        sorted(one, key=lambda g: -g[0]) for one in in_parallel(Screen(few, ranges).glance, candidates)
+    ]
+    order = sorted(range(len(candidates)), key=lambda k: -glances[k][0][0])
     screen = Screen(tangent, ranges)
+    more = float(tangent.residual @ tangent.residual) / max(float(few.residual @ few.residual), 1e-30)
 
     def look(place: int) -> Look:
-        effect, (_, start) = candidates[order[place]], max(glances[order[place]], key=lambda one: one[0])
-        return screen.climb(effect, start) if place < most else screen.at(effect, start)
+        effect, glanced = candidates[order[place]], glances[order[place]]
+        if place >= most:
+            return screen.at(effect, glanced[0][1])
+        found: list[Look] = []
+        for promise, start in glanced[:STARTS]:
+            found.append(screen.climb(effect, start))
+            if found[-1].gain >= KEPT * promise * more:
+                break
+        return max(found, key=lambda one: one.gain)
 
     return sorted(in_parallel(look, range(len(order))), key=lambda one: -one.gain)
