@@ -18,7 +18,7 @@ LIGHT_J_K = 40.0  # the fluid of a small damper, or that in the gap of a large o
 HOTTEST_K = 60.0
 SHORTEST = 16  # samples; less says nothing about a third-order filter
 REST_SHARE = 0.03  # of a record's top speed: slower is at rest or turns
-TURN_S, TURN_SHARE = 0.02, 0.4  # where it turns, velocity changes about as much as ever within that time
+TURN_S, TURN_SHARE = 0.02, 0.4  # where it turns, velocity or force change about as much as ever in that time
 SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
 SLOWEST_HZ = 50.0
 
@@ -75,11 +75,15 @@ class Record:
 
     @property
     def starts_at_rest(self) -> bool:
-        """Whether the motion begins with the record: slowly, and not as it does where a motion turns."""
+        """Whether the motion begins with the record: slowly, with a force that does not change yet either."""
         v, span = self.velocity_m_s, max(1, int(TURN_S * self.rate_hz))
-        changes = np.abs(v[span:] - v[:-span])
+
+        def turns(x: Array) -> bool:
+            changes = np.abs(x[span:] - x[:-span])
+            return bool(changes[0] > TURN_SHARE * changes.max())
+
         slow = abs(float(v[0])) < REST_SHARE * float(np.abs(v).max())
-        return slow and bool(changes[0] < TURN_SHARE * changes.max())
+        return slow and not turns(v) and not turns(self.force_n)
 
     @property
     def slow(self) -> int:

@@ -76,3 +76,11 @@ def test_a_record_cut_where_its_motion_turns_does_not_start_at_rest(phase, ramp_
     v = np.sin(2.0 * np.pi * 3.0 * t + phase) * (np.clip(t / ramp_s, 0.0, 1.0) if ramp_s else 1.0)
     flat = np.zeros(t.size)
     assert Record(0, RATE_HZ, v, flat, flat, flat, flat, flat).starts_at_rest is rest
+
+
+def test_a_record_whose_force_is_still_falling_does_not_start_at_rest():
+    t = np.arange(0.0, 5.0, 1.0 / RATE_HZ)
+    v = 0.4 * np.sin(2.0 * np.pi * t) * np.minimum(t, 1.0)
+    flat, settling = np.ones(t.size), 600.0 * np.tanh(v / 0.05) + 700.0 * np.exp(-t / 0.005)
+    assert Record(0, RATE_HZ, v, flat, flat, 600.0 * np.tanh(v / 0.05), flat, flat).starts_at_rest
+    assert not Record(0, RATE_HZ, v, flat, flat, settling, flat, flat).starts_at_rest
