@@ -32,11 +32,10 @@ _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force ans
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0
+LEAST_OF_FORCE = 1e-3  # in RMS of the force's: less may be tables that are straight between knots
 LEAST_SHARE = 0.05  # of the mean square that an effect must take off, ...
-LEAST_OF_FORCE = 1e-3  # ... in RMS of the force's: less may be tables that are straight between knots, ...
-LATER_SHARE = (
-    0.04  # ... and of what all effects take off: less may be the first one's form that is not quite so
-)
+LOUD_SHARE, LOUD_OF_FORCE = 0.01, 2e-3  # ... or this, where it is that much of the force, ...
+LATER_SHARE = 0.04  # ... and of what all take off: less may be the first one's form that is not quite so, ...
 LATER_LEFT = 0.6  # or of what is still left over the noise, ...
 LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
 LATER_CLEARING = 0.004  # ... or this share where with it nothing but noise is left; ...
@@ -181,14 +180,20 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
     """Whether an effect is real: beyond chance, worth its parameters, worth naming, and true held out."""
-    force = np.concatenate([r.force_n for r in before.fit.model.records])
-    least = max(LEAST_SHARE * before.mean_square, LEAST_OF_FORCE**2 * float(np.mean(force**2)))
+    taken = before.mean_square - trial.proof.mean_square
+    force = _force_n2(before)
+    share = LOUD_SHARE if taken > LOUD_OF_FORCE**2 * force else LEAST_SHARE
     return (
         trial.chance * candidates < SIGNIFICANCE
         and trial.score > LEAST_SCORE
-        and before.mean_square - trial.proof.mean_square > least
+        and taken > max(share * before.mean_square, LEAST_OF_FORCE**2 * force)
         and trial.proof.predicts_better_than(before)
     )
+
+
+def _force_n2(proof: Proof) -> float:
+    """The measured force's mean square."""
+    return float(np.mean(np.concatenate([r.force_n for r in proof.fit.model.records]) ** 2))
 
 
 def _confirmed(
@@ -259,13 +264,15 @@ class Balance:
 
 
 def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
-    """What a model leaves over the noise, beyond the doubt about the noise itself."""
+    """What a model leaves over the noise, beyond the doubt about the noise and the form of its tables."""
     budget = evidence.budget(final.fit)
     structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
     line = line_of(evidence.steady_errors(final.fit), rates)
     shaken = 0.0 if line is None else line.mean_square_n2
-    return Balance(budget.total, budget.noise, budget.measured, max(budget.excess, structured, shaken), line)
+    over = max(budget.excess, structured, shaken)
+    counts = over > LEAST_OF_FORCE**2 * _force_n2(final)
+    return Balance(budget.total, budget.noise, budget.measured, over if counts else 0.0, line)
 
 
 def _verdict(

@@ -20,6 +20,8 @@ from mrctl.model.effects.base import Effect, Vector
 Array = NDArray[np.float64]
 Report = Callable[[float, str], None]
 
+WORSE = 1.02  # times the error on the runs left out: less is the same, which few runs cannot tell
+
 
 @dataclass(frozen=True, eq=False)
 class Extension:
@@ -60,7 +62,7 @@ def extend(
     """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
     values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it; without
-    one it is made here. falling: add only those with which the error on the runs left out falls. Raises
+    one it is made here. falling: leave away those with which the error on the runs left out rises. Raises
     InputError for a campaign without a usable run, ValueError where the filter found cannot be carried to the
     loop's rates.
     """
@@ -78,7 +80,7 @@ def extend(
         report(count / (len(added) + 2), ", ".join(_names((*chosen, effect))))
         more = _with(fit, parts, (*chosen, effect), given, free)
         error = error_on(more, parts.held_out)
-        if falling and error > steps[-1][1]:
+        if falling and error > WORSE * steps[-1][1]:
             refused.append(effect.name)
             continue
         chosen, fit = (*chosen, effect), more

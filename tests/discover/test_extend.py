@@ -1,0 +1,34 @@
+"""Extending a model by what a diagnosis found leaves away what runs that were left out speak against."""
+
+import pytest
+from hidden import one_frequency
+
+from mrctl.discover import extend as module
+from mrctl.discover.extend import WORSE, extend
+from mrctl.model.effects.registry import effects
+
+FIRST, SECOND = "gas_spring", "force_offset"
+
+
+@pytest.mark.parametrize(
+    ("rise", "falling", "kept", "refused"),
+    [
+        (0.9, True, (FIRST, SECOND), ()),
+        (WORSE * 1.01, True, (FIRST,), (SECOND,)),
+        (WORSE * 1.01, False, (FIRST, SECOND), ()),
+    ],
+)
+def test_an_effect_with_which_left_out_runs_are_predicted_worse_is_refused(
+    monkeypatch, rise, falling, kept, refused
+):
+    """rise: of the error on the runs left out, with the second effect."""
+    errors = {0: 100.0, 1: 50.0, 2: 50.0 * rise}
+    monkeypatch.setattr(module, "error_on", lambda fit, _: errors[len(fit.model.effects.chosen)])
+    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+    campaign = one_frequency({FIRST: spring})
+    added = [effects()[name] for name in (FIRST, SECOND)]
+    result = extend(campaign, (), added, falling=falling)
+    assert result.effects == kept
+    assert result.refused == refused
+    assert [e.name for e in result.fit.model.effects.chosen] == list(kept)
+    assert result.rmse_after_n == errors[2 if len(kept) == 2 else 1]
