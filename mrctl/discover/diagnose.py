@@ -38,9 +38,11 @@ LOUD_SHARE, LOUD_OF_FORCE = 0.01, 2e-3  # ... or this, where it is that much of 
 LATER_SHARE = 0.04  # ... and of what all take off: less may be the first one's form that is not quite so, ...
 LATER_LEFT = 0.6  # or of what is still left over the noise, ...
 LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
-LATER_CLEARING = 0.004  # ... or this share where with it nothing but noise is left; ...
-ELSEWHERE = 0.3  # ... either takes this much, relative to all, where those found before are silent, ...
-MOSTLY_ELSEWHERE = 1.0  # ... and this much will do in place of a share of all
+NEARLY_ALL, NEARLY_ALL_LEAST = 0.9, 0.01  # ... or this where it is that much of what is left, ...
+LATER_CLEARING = 0.004  # ... or this where with it nothing but noise is left; ...
+ELSEWHERE = 0.3  # ... each takes this much, relative to all, where those found before are silent, ...
+MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, ...
+MOSTLY_SILENT = 0.5  # ... or of what is left over the noise, where they are silent most of the time
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
@@ -159,7 +161,7 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
 
     It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
     or nothing but noise is left with it and more was without. Where the earlier ones are silent at times, a
-    small one must act there too.
+    small one must act there too; where they mostly are, what it takes there is judged by itself.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
@@ -167,13 +169,18 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
         return True
     found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
     beside = elsewhere(here, best.proof, found)
-    if beside is not None and beside < ELSEWHERE:
+    if beside is not None and beside.to_all < ELSEWHERE:
         return False
+    apart = beside is not None and beside.to_all > MOSTLY_ELSEWHERE
+    if apart and beside is not None and beside.samples > MOSTLY_SILENT and beside.of_left > LEAST_SHARE:
+        return True
     before, after = evidence.budget(here.fit), evidence.budget(best.fit)
+    left = before.total - after.noise
+    if taken > NEARLY_ALL * left and taken > NEARLY_ALL_LEAST * every:
+        return True
     certain = before.excess > 0.0
-    if taken > LATER_LEFT * (before.total - after.noise):
-        apart = certain and beside is not None and beside > MOSTLY_ELSEWHERE
-        return apart or taken > LATER_LEAST * every
+    if taken > LATER_LEFT * left:
+        return (certain and apart) or taken > LATER_LEAST * every
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
     return certain and cleared and taken > LATER_CLEARING * every
 

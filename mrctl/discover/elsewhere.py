@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,11 +15,21 @@ SILENT = 0.02  # of the RMS of what the effects found make of the force, ...
 LEAST_SILENT = 0.1  # ... in this share of the samples
 
 
-def elsewhere(before: Proof, after: Proof, found: set[str]) -> float | None:
-    """What a later effect takes off the mean square where the effects found are silent, over what it takes.
+@dataclass(frozen=True, slots=True)
+class Elsewhere:
+    """What a later effect takes off the mean square where the effects found are silent."""
+
+    samples: float  # share of all that are silent
+    to_all: float  # taken there, over what is taken on the whole
+    of_left: float  # taken there, over what was left there
+
+
+def elsewhere(before: Proof, after: Proof, found: set[str]) -> Elsewhere | None:
+    """Whether a later effect acts where the effects found do not; None where they are hardly ever silent.
 
     A form that is not quite right leaves its error where the effect acts: what mends it takes nothing
-    elsewhere (0). What has nothing to do with it takes as much there as anywhere (1), or more.
+    elsewhere (0 of what it takes on the whole). What has nothing to do with it takes as much there as
+    anywhere (1), or more.
     """
     parts = zip(_force_of(before, found), _residuals(before), _residuals(after), strict=True)
     forces, old, new = (np.concatenate(x) for x in zip(*(_aligned(*p) for p in parts), strict=True))
@@ -26,7 +38,12 @@ def elsewhere(before: Proof, after: Proof, found: set[str]) -> float | None:
     silent = size <= SILENT * np.sqrt(np.mean(size**2))
     if silent.mean() < LEAST_SILENT:
         return None
-    return float(taken[silent].mean() / taken.mean()) if taken.mean() > 0.0 else 0.0
+    there = float(taken[silent].mean())
+    return Elsewhere(
+        float(silent.mean()),
+        there / float(taken.mean()) if taken.mean() > 0.0 else 0.0,
+        there / max(float(np.mean(old[silent] ** 2)), 1e-300),
+    )
 
 
 def _force_of(proof: Proof, names: set[str]) -> list[Array]:

@@ -55,11 +55,16 @@ def _beside(force, missed):
 
 
 def test_what_acts_everywhere_takes_as_much_where_the_stop_is_silent():
-    assert _beside(STOP, np.full(N, 20.0)) == pytest.approx(1.0, abs=0.1)
+    beside = _beside(STOP, np.full(N, 20.0))
+    assert beside.to_all == pytest.approx(1.0, abs=0.1)
+    assert beside.of_left == pytest.approx(20.0**2 / (20.0**2 + 5.0**2), abs=0.02)
+    assert beside.samples == pytest.approx(np.mean(STOP < 1.0), abs=0.05)
 
 
 def test_what_mends_the_form_of_the_stop_takes_nothing_there():
-    assert _beside(STOP, 0.1 * STOP) == pytest.approx(0.0, abs=0.1)
+    beside = _beside(STOP, 0.1 * STOP)
+    assert beside.to_all == pytest.approx(0.0, abs=0.1)
+    assert beside.of_left == pytest.approx(0.0, abs=0.1)
 
 
 def test_beside_a_spring_that_is_never_silent_nothing_is_said():
