@@ -42,7 +42,7 @@ NEARLY_ALL, NEARLY_ALL_LEAST = 0.9, 0.01  # ... or this where it is that much of
 LATER_CLEARING = 0.004  # ... or this where with it nothing but noise is left; ...
 ELSEWHERE = 0.3  # ... each takes this much, relative to all, where those found before are silent, ...
 MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, ...
-MOSTLY_SILENT = 0.5  # ... or of what is left over the noise, where they are silent most of the time
+MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are silent so much of the time
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
@@ -161,7 +161,7 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
 
     It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
     or nothing but noise is left with it and more was without. Where the earlier ones are silent at times, a
-    small one must act there too; where they mostly are, what it takes there is judged by itself.
+    small one must act there too; where they mostly are (a stop), what it takes there is judged by itself.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 
@@ -64,5 +64,16 @@ def coloured_gram(rows: Array, residual: Array) -> Array:
     a, variance = autoregression(residual)
     if a.size == 1:
         return np.asarray(variance * (rows @ rows.T), dtype=np.float64)
-    shaped = lfilter([1.0], a, rows[:, ::-1], axis=-1)
+    shaped = np.array(rows, dtype=np.float64)
+    _recur_backwards(a, shaped)
     return np.asarray(variance * (shaped @ shaped.T), dtype=np.float64)
+
+
+@njit(cache=True)
+def _recur_backwards(a, rows):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    """Each row (m, n) through 1 / a(z), from its end: in place."""
+    count, n = rows.shape
+    for row in range(count):
+        for k in range(n - 1, -1, -1):
+            for j in range(1, min(a.size, n - k)):
+                rows[row, k] -= a[j] * rows[row, k + j]
