@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.diagnose import FORESEEN, _foreseen
+from mrctl.discover.diagnose import FORESEEN, _foreseen, accepted
 from mrctl.discover.evidence import FEWEST_CYCLES, _shortened
 from mrctl.discover.noise_floor import NoiseFloor
 from mrctl.identify.records import Record
@@ -34,3 +34,29 @@ def test_a_run_that_drifts_is_searched_whole(drift_n):
     found = _shortened(record, floor, share=0.1)
     assert len(found) == (n if drift_n > 8.0 else n * FEWEST_CYCLES // 12)
     assert _shortened(record, floor, share=1.0) is record
+
+
+def trial(taken, of_ms, **others):
+    return SimpleNamespace(
+        chance=0.0,
+        score=1e3,
+        proof=SimpleNamespace(mean_square=of_ms - taken, predicts_better_than=lambda _: True),
+        **others,
+    )
+
+
+@pytest.mark.parametrize(
+    ("taken_n", "noise_n", "real"),
+    [
+        (3.0, 10.0, True),  # a good share of what is left
+        (0.5, 1.0, False),  # that, but hardly any of the force
+        (2.5, 20.0, True),  # a small share, but well seen in the force
+        (1.5, 20.0, False),  # a small share that tables may leave
+        (2.5, 40.0, False),  # lost in the noise
+    ],
+)
+def test_an_effect_must_be_worth_naming(taken_n, noise_n, real):
+    total = noise_n**2 + taken_n**2
+    records = [SimpleNamespace(force_n=np.full(10, 1000.0))]
+    fit = SimpleNamespace(model=SimpleNamespace(records=records))
+    assert accepted(trial(taken_n**2, total), SimpleNamespace(mean_square=total, fit=fit), 15) is real

@@ -1,0 +1,48 @@
+"""A look begins again elsewhere where it does not find what a glance promised."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mrctl.discover import screen
+
+PROMISES = [(9.0, (1.0,)), (8.0, (2.0,)), (7.0, (3.0,)), (6.0, (4.0,))]
+
+
+class _Screen:
+    """Gains by the starting point, which the case sets."""
+
+    gains: dict
+    asked: list
+
+    def __init__(self, *_):
+        pass
+
+    def glance(self, _):
+        return PROMISES[::-1]
+
+    def climb(self, _, start):
+        self.asked.append(start)
+        return SimpleNamespace(gain=self.gains[start], start=start)
+
+    at = climb
+
+
+@pytest.mark.parametrize(
+    ("gains", "asked", "best"),
+    [
+        ((9.0, 1.0, 1.0), 1, 9.0),  # as promised
+        ((-3.0, 8.0, 1.0), 2, 8.0),  # the first was an illusion
+        ((-3.0, 2.0, 1.0), 3, 2.0),  # and so were all: the best of them
+    ],
+)
+def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, asked, best):
+    _Screen.gains, _Screen.asked = dict(zip([(1.0,), (2.0,), (3.0,)], gains, strict=True)), []
+    monkeypatch.setattr(screen, "Screen", _Screen)
+    monkeypatch.setattr(screen, "ranges_of", lambda _: None)
+    few = SimpleNamespace(residual=np.ones(4), fit=SimpleNamespace(model=None))
+    whole = SimpleNamespace(residual=np.ones(4), fit=SimpleNamespace(model=None), glance=lambda: few)
+    (look,) = screen.looks(whole, ["an effect"])
+    assert look.gain == best
+    assert len(_Screen.asked) == asked

@@ -1,0 +1,44 @@
+"""Changes carried through the yield stage are those that the stage itself makes of a small step."""
+
+import numpy as np
+import pytest
+
+from mrctl.model.effects.registry import effects
+from mrctl.simulate.stages import yielding
+from mrctl.simulate.yield_slopes import yield_slopes
+
+N, DT_S = 3000, 1e-3
+STARTS = np.array([0, 1100, N])
+T = np.arange(N) * DT_S
+V = 0.2 * np.sin(14.0 * T) + 0.05 * np.sin(90.0 * T + 0.5)
+X = -0.2 / 14.0 * np.cos(14.0 * T)
+LEVEL = 900.0 + 300.0 * np.sin(3.0 * T)
+FORCE = LEVEL * np.tanh(V / 0.03)
+SMALL = 1e-5
+
+
+@pytest.mark.parametrize(
+    "p",
+    [(5e-4, 0.0, 0.0, 1.0, 0.0), (2e-4, 3e-7, 0.6, 0.7, 0.2), (1e-3, 0.0, 0.0, 0.0, 0.3)],
+    ids=["elastic", "all of it", "plastic"],
+)
+@pytest.mark.parametrize("times", [1, 2], ids=["once", "two effects in a row"])
+def test_a_change_behind_the_stage_is_that_of_a_small_step(p, times):
+    chosen = [(effects()["preyield_stiffness"], p)] * times
+    by_level = 50.0 * np.cos(5.0 * T)
+    rows = np.stack([by_level * FORCE / LEVEL, LEVEL / np.cosh(V / 0.03)])
+    carried = yield_slopes(chosen, (FORCE, V, X, LEVEL), DT_S, STARTS, rows, by_level[None])
+
+    def stage(small: float, k: int) -> np.ndarray:
+        level = LEVEL + small * by_level if k == 0 else LEVEL
+        return yielding(chosen, FORCE + small * rows[k], V, X, level, DT_S, STARTS)
+
+    for k in range(2):
+        want = (stage(SMALL, k) - stage(-SMALL, k)) / (2.0 * SMALL)
+        assert np.sqrt(np.mean((carried[k] - want) ** 2)) < 1e-3 * np.sqrt(np.mean(want**2))
+    assert np.sqrt(np.mean((carried[0] - rows[0]) ** 2)) > 0.01 * np.sqrt(np.mean(rows[0] ** 2))
+
+
+def test_without_an_effect_changes_go_through_as_they_are():
+    rows = np.ones((2, N))
+    assert yield_slopes([], (FORCE, V, X, LEVEL), DT_S, STARTS, rows, rows[:1]) is rows
