@@ -176,10 +176,12 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
         return True
     before, after = evidence.budget(here.fit), evidence.budget(best.fit)
     left = before.total - after.noise
-    if taken > NEARLY_ALL * left and taken > NEARLY_ALL_LEAST * every:
+    # Not what it takes right after steps of the current, where a budget does not look.
+    aside = min(taken, before.total - after.total)
+    if aside > NEARLY_ALL * left and taken > NEARLY_ALL_LEAST * every:
         return True
     certain = before.excess > 0.0
-    if taken > LATER_LEFT * left:
+    if aside > LATER_LEFT * left:
         return (certain and apart) or taken > LATER_LEAST * every
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
     return certain and cleared and taken > LATER_CLEARING * every

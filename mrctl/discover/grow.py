@@ -67,7 +67,8 @@ def grown(before: Tangent, look: Look) -> JointFit:
         if effect.stage in _WINDING:
             points = effect.starting_points(ranges_of(model))
             again += [np.concatenate([fit.theta, alone.pack({effect.name: point})]) for point in points]
-    return raced([start, *settled, *(with_plain_lag(model, one) for one in again)], heat, fitted, ITERATIONS)
+    every = [start, *settled, *(with_plain_lag(model, one) for one in again)]
+    return raced(every, heat, fitted, model.cost, ITERATIONS)
 
 
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:

@@ -23,15 +23,23 @@ def raced(
     starts: Sequence[Array],
     heat: Callable[..., JointFit],
     fitted: Callable[..., JointFit],
+    cost: Callable[[Array], float],
     iterations: int,
 ) -> JointFit:
     """The fit from the start that a few iterations promise most of.
 
-    heat, fitted: as `JointModel.fit`, the heats' on as much data as is enough to choose by.
+    heat, fitted: as `JointModel.fit`, the heats' on as much data as is enough to choose by; cost: on all
+    data. Where the choice was wrong, and another place costs less than the fit, that is where it begins anew.
     """
     heats = [heat(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
     best = min(heats, key=lambda heat: heat.total)
-    return fitted(best.theta, iterations=iterations, tolerance=TOLERANCE)
+    fit = fitted(best.theta, iterations=iterations, tolerance=TOLERANCE)
+    costs = [(cost(theta), theta) for theta in (*starts, *(one.theta for one in heats if one is not best))]
+    least, there = min(costs, key=lambda one: one[0])
+    if least >= cost(fit.theta):
+        return fit
+    other = fitted(there, iterations=iterations, tolerance=TOLERANCE)
+    return min(fit, other, key=lambda one: one.total)
 
 
 def with_plain_lag(model: JointModel, theta: Array) -> Array:

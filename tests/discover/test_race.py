@@ -1,0 +1,33 @@
+"""The start that little data promises most of is not always the one to go on from."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mrctl.discover.race import raced
+
+A, B = np.array([1.0]), np.array([2.0])
+
+
+@pytest.mark.parametrize(("ends_at", "fits", "best"), [(0.5, 1, A), (50.0, 2, B)])
+def test_where_all_data_speak_against_the_choice_another_start_is_tried(ends_at, fits, best):
+    """ends_at: the cost on all data to which the fit from A, which the heats prefer, comes."""
+    on_all = {1.0: 60.0, 2.0: 10.0}
+    ends = {1.0: ends_at, 2.0: 4.0}
+    asked = []
+
+    def heat(theta, **_):
+        return SimpleNamespace(theta=theta, total=float(theta[0]))
+
+    def fitted(theta, **_):
+        asked.append(float(theta[0]))
+        return SimpleNamespace(theta=theta + 10.0, total=ends[float(theta[0])])
+
+    def cost(theta):
+        place = float(theta[0])
+        return ends[place - 10.0] if place > 10.0 else on_all[place]
+
+    fit = raced([A, B], heat, fitted, cost, 20)
+    assert len(asked) == fits
+    assert np.array_equal(fit.theta, best + 10.0)
