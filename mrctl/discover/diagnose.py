@@ -180,7 +180,7 @@ def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     aside = min(taken, before.total - after.total)
     if aside > NEARLY_ALL * left and taken > NEARLY_ALL_LEAST * every:
         return True
-    certain = before.excess > 0.0
+    certain = before.excess > LEAST_OF_FORCE**2 * _force_n2(here)
     if aside > LATER_LEFT * left:
         return (certain and apart) or taken > LATER_LEAST * every
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
