@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.elsewhere import elsewhere
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import settled, without
 from mrctl.discover.lines import Line, line_of
@@ -20,6 +19,7 @@ from mrctl.discover.rivals import Rival, rivals_of, simplest
 from mrctl.discover.screen import ranges_of
 from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.structure import Structure, structure_of
+from mrctl.discover.worth import LEAST_OF_FORCE, LEAST_SCORE, accepted, force_n2, matters
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage
 from mrctl.model.effects.registry import effects
@@ -30,19 +30,6 @@ Report = Callable[[float, str], None]
 MOST_EFFECTS = 4
 _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
-SIGNIFICANCE = 0.01  # over all candidates together
-LEAST_SCORE = 10.0
-LEAST_OF_FORCE = 1e-3  # in RMS of the force's: less may be tables that are straight between knots
-LEAST_SHARE = 0.05  # of the mean square that an effect must take off, ...
-LOUD_SHARE, LOUD_OF_FORCE = 0.01, 2e-3  # ... or this, where it is that much of the force, ...
-LATER_SHARE = 0.04  # ... and of what all take off: less may be the first one's form that is not quite so, ...
-LATER_LEFT = 0.6  # or of what is still left over the noise, ...
-LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
-NEARLY_ALL, NEARLY_ALL_LEAST = 0.9, 0.01  # ... or this where it is that much of what is left, ...
-LATER_CLEARING = 0.004  # ... or this where with it nothing but noise is left; ...
-ELSEWHERE = 0.3  # ... each takes this much, relative to all, where those found before are silent, ...
-MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, ...
-MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are silent so much of the time
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
@@ -149,60 +136,11 @@ def _search(
         if not good or number == MOST_EFFECTS:
             break
         best = simplest(good[0], level, good)
-        if found and not _matters(evidence, base, here, best):
+        if found and not matters(evidence, base, here, best):
             break
         here = settled(best.proof, evidence.folds)
         found.append(best)
     return levels, found
-
-
-def _matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
-    """Whether a later effect is more than a patch on the form of an earlier one.
-
-    It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
-    or nothing but noise is left with it and more was without. Where the earlier ones are silent at times, a
-    small one must act there too; where they mostly are (a stop), what it takes there is judged by itself.
-    """
-    taken = here.mean_square - best.proof.mean_square
-    every = base.mean_square - best.proof.mean_square
-    if taken > LATER_SHARE * every:
-        return True
-    found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
-    beside = elsewhere(here, best.proof, found)
-    if beside is not None and beside.to_all < ELSEWHERE:
-        return False
-    apart = beside is not None and beside.to_all > MOSTLY_ELSEWHERE
-    if apart and beside is not None and beside.samples > MOSTLY_SILENT and beside.of_left > LEAST_SHARE:
-        return True
-    before, after = evidence.budget(here.fit), evidence.budget(best.fit)
-    left = before.total - after.noise
-    # Not what it takes right after steps of the current, where a budget does not look.
-    aside = min(taken, before.total - after.total)
-    if aside > NEARLY_ALL * left and taken > NEARLY_ALL_LEAST * every:
-        return True
-    certain = before.excess > LEAST_OF_FORCE**2 * _force_n2(here)
-    if aside > LATER_LEFT * left:
-        return (certain and apart) or taken > LATER_LEAST * every
-    cleared = after.excess <= 0.0 and after.judged <= before.most_noise
-    return certain and cleared and taken > LATER_CLEARING * every
-
-
-def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
-    """Whether an effect is real: beyond chance, worth its parameters, worth naming, and true held out."""
-    taken = before.mean_square - trial.proof.mean_square
-    force = _force_n2(before)
-    share = LOUD_SHARE if taken > LOUD_OF_FORCE**2 * force else LEAST_SHARE
-    return (
-        trial.chance * candidates < SIGNIFICANCE
-        and trial.score > LEAST_SCORE
-        and taken > max(share * before.mean_square, LEAST_OF_FORCE**2 * force)
-        and trial.proof.predicts_better_than(before)
-    )
-
-
-def _force_n2(proof: Proof) -> float:
-    """The measured force's mean square."""
-    return float(np.mean(np.concatenate([r.force_n for r in proof.fit.model.records]) ** 2))
 
 
 def _confirmed(
@@ -280,7 +218,7 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     line = line_of(evidence.steady_errors(final.fit), rates)
     shaken = 0.0 if line is None else line.mean_square_n2
     over = max(budget.excess, structured, shaken)
-    counts = over > LEAST_OF_FORCE**2 * _force_n2(final)
+    counts = over > LEAST_OF_FORCE**2 * force_n2(final)
     return Balance(budget.total, budget.noise, budget.measured, over if counts else 0.0, line)
 
 

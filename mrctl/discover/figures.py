@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.diagnose import Diagnosis, accepted
+from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.search import Trial
+from mrctl.discover.worth import accepted
 from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.card import card
 

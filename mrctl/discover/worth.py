@@ -1,0 +1,73 @@
+"""When an effect is worth naming: beyond chance, beyond what tables leave, and more than a patch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mrctl.discover.elsewhere import elsewhere
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.proof import Proof
+from mrctl.discover.search import Trial
+
+SIGNIFICANCE = 0.01  # over all candidates together
+LEAST_SCORE = 10.0  # BIC
+LEAST_OF_FORCE = 1e-3  # in RMS of the force's: less may be tables that are straight between knots
+LEAST_SHARE = 0.05  # of the mean square that an effect must take off, ...
+LOUD_SHARE, LOUD_OF_FORCE = 0.01, 2e-3  # ... or this, where it is that much of the force, ...
+LATER_SHARE = 0.04  # ... and of what all take off: less may be the first one's form that is not quite so, ...
+LATER_LEFT = 0.6  # or of what is still left over the noise, ...
+LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
+NEARLY_ALL, NEARLY_ALL_LEAST = 0.9, 0.01  # ... or this where it is that much of what is left, ...
+LATER_CLEARING = 0.004  # ... or this where with it nothing but noise is left; ...
+ELSEWHERE = 0.3  # ... each takes this much, relative to all, where those found before are silent, ...
+MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, ...
+MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are silent so much of the time
+
+
+def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
+    """Whether an effect is real: beyond chance, worth its parameters, worth naming, and true held out."""
+    taken = before.mean_square - trial.proof.mean_square
+    force = force_n2(before)
+    share = LOUD_SHARE if taken > LOUD_OF_FORCE**2 * force else LEAST_SHARE
+    return (
+        trial.chance * candidates < SIGNIFICANCE
+        and trial.score > LEAST_SCORE
+        and taken > max(share * before.mean_square, LEAST_OF_FORCE**2 * force)
+        and trial.proof.predicts_better_than(before)
+    )
+
+
+def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
+    """Whether a later effect is more than a patch on the form of an earlier one.
+
+    It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
+    or nothing but noise is left with it and more was without. Where the earlier ones are silent at times, a
+    small one must act there too; where they mostly are (a stop), what it takes there is judged by itself.
+    """
+    taken = here.mean_square - best.proof.mean_square
+    every = base.mean_square - best.proof.mean_square
+    if taken > LATER_SHARE * every:
+        return True
+    found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
+    beside = elsewhere(here, best.proof, found)
+    if beside is not None and beside.to_all < ELSEWHERE:
+        return False
+    apart = beside is not None and beside.to_all > MOSTLY_ELSEWHERE
+    if apart and beside is not None and beside.samples > MOSTLY_SILENT and beside.of_left > LEAST_SHARE:
+        return True
+    before, after = evidence.budget(here.fit), evidence.budget(best.fit)
+    left = before.total - after.noise
+    # Not what it takes right after steps of the current, where a budget does not look.
+    aside = min(taken, before.total - after.total)
+    if aside > NEARLY_ALL * left > 0.0 and taken > NEARLY_ALL_LEAST * every:
+        return True
+    certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here)
+    if aside > LATER_LEFT * left:
+        return (certain and apart) or taken > LATER_LEAST * every
+    cleared = after.excess <= 0.0 and after.judged <= before.most_noise
+    return certain and cleared and taken > LATER_CLEARING * every
+
+
+def force_n2(proof: Proof) -> float:
+    """The measured force's mean square."""
+    return float(np.mean(np.concatenate([r.force_n for r in proof.fit.model.records]) ** 2))
