@@ -25,11 +25,13 @@ class Discovery:
 def discover(campaign: Campaign, report: Report = lambda _share, _what: None) -> Discovery:
     """Find the effects that this data bears out, add them one by one, and say what remains.
 
-    An effect that this campaign cannot tell from another is not added: the next run decides. One that
-    explains a part only is added, if it helps to predict runs left out, and the rest is called unexplained.
+    An effect that this campaign cannot tell from another is not added: the next run decides. Those that
+    explain a part only are added, the best of rivals, if they help to predict runs left out, and the rest is
+    called unexplained.
     """
     found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what))
-    sure = [one for one in found.found if not one.rivals]
+    part_only = found.verdict == "unexplained"
+    sure = [one for one in found.found if part_only or not one.rivals]
     fit = found.final.fit
     values = {one.trial.effect.name: fit.effect_values[one.trial.effect.name] for one in sure}
     free = {one.trial.effect.name: one.trial.look.free.tolist() for one in sure}
