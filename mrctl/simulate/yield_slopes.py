@@ -29,7 +29,9 @@ def yield_slopes(
     """
     loop = compiled(loops.carried, loops.linear_step, "carried")
     still = np.zeros(signals[0].size)
-    for effect, p in chosen:
+    for place, (effect, p) in enumerate(chosen):
+        if place:
+            signals = yielding([chosen[place - 1]], *signals, dt_s, starts), *signals[1:]
         by, first = _step_slopes(effect, p, signals, dt_s, starts)
         behind = np.empty_like(rows)
         for k, row in enumerate(rows):
@@ -37,7 +39,6 @@ def yield_slopes(
             at = np.stack([row[starts[:-1]], level[starts[:-1]]])
             loop(by, np.einsum("mki,im->mk", first, at), starts, row, level, behind[k])
         rows = behind
-        signals = yielding([(effect, p)], *signals, dt_s, starts), *signals[1:]
     return rows
 
 
