@@ -17,7 +17,8 @@ from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import with_plain_lag
 from mrctl.discover.refit import part
-from mrctl.discover.step_times import timed, without_steps
+from mrctl.discover.step_times import timed, trusted, without_steps
+from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
@@ -38,6 +39,7 @@ REST_M_S = 1e-4
 MOVED_M = 1e-5
 FEWEST_CYCLES = 3  # of a run that repeats, to be searched
 LONGEST_S = 10.0  # a longer run may be heating up, ...
+STEPLESS_ITERATIONS = 30
 DRIFTING = 0.5  # ... and one that drifts this much, in RMS of its noise, is
 
 
@@ -109,6 +111,24 @@ class Evidence:
         if all(a is b for a, b in zip(quiet, self.measured, strict=True)):
             return self
         return self._with(quiet)
+
+    def stepless(self, fit: JointFit) -> JointFit:
+        """A fit's base as the data show it that do not hang on when between two samples a current stepped.
+
+        A filter that has made up for the steps' times hides when they were. What effects move stays.
+        """
+        model = JointModel(fit.model.layout, self.records, fit.model.effects, fit.model.minimum_phase)
+        model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+        trust = trusted(self.records, [model.factor(r) for r in self.records])
+        if all(own.all() for own in trust):
+            return fit
+        free = np.arange(model.size) < model.layout.size
+        begin = JointFit(model, fit.solution, fit.penalties)
+        fits = [
+            fitted_trusting(begin, theta, trust, STEPLESS_ITERATIONS, free)
+            for theta in (fit.theta, with_plain_lag(model, fit.theta))
+        ]
+        return as_plain(begin, min(fits, key=lambda one: one.total).theta)
 
     def timed(self, fit: JointFit) -> Evidence:
         """The same, with the times of the current's steps taken from the force."""

@@ -113,7 +113,7 @@ def _ready(evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Ve
     for effect in chosen:
         fit = grown_by(fit, effect, values.get(effect.name))
     evidence = evidence.steadied(fit)
-    return evidence.timed(fit)
+    return evidence.timed(evidence.stepless(fit))
 
 
 def _with(

@@ -7,12 +7,10 @@ out; so does a cut below a force that no compression exceeds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify.batch import Batch
+from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 
@@ -20,27 +18,11 @@ Array = NDArray[np.float64]
 
 HEAVY_TAIL = 1.5  # RMS over the robust scale from which a second opinion is worth its time (Gauss: 1)
 ROUNDS = 8
+FEW, MANY = 6, 20  # iterations: of one round, and where all is known from the start
 WIDTH = 2.5  # robust scales at which a sample counts half
 ALIKE, ALIKE_SHARE = 3, 0.06  # records that stop at the same force, and how alike
 MARGIN = 0.2  # of a limit, left out with it
 SCALE = 1.4826  # of the median deviation, for a normal distribution
-
-
-@dataclass
-class _Trusting(JointModel):
-    """The joint model with a weight for each sample."""
-
-    trust: list[Array] = field(default_factory=list)  # square roots, (n) each, start included
-
-    def residuals(self, theta: Array) -> list[Array]:
-        plain = super().residuals(theta)
-        return [t[t.size - r.size :] * r for t, r in zip(self.trust, plain, strict=True)]
-
-    def block_weights(self, batch: Batch, theta: Array) -> Array:
-        roots = super().block_weights(batch, theta)
-        for k, own in zip(batch.records, batch.blocks(roots), strict=True):
-            np.multiply(own, self.trust[k], out=own)
-        return roots
 
 
 def second_opinions(fit: JointFit) -> list[JointFit]:
@@ -62,8 +44,9 @@ def _falling_weights(fit: JointFit) -> JointFit:
     for _ in range(ROUNDS):
         errors = [model.weighed(r, e) for e, r in zip(model.errors(theta), model.records, strict=True)]
         width = WIDTH * _scale(np.concatenate(errors))
-        theta = _fitted(fit, theta, [1.0 / np.sqrt(1.0 + (e / width) ** 2) for e in errors])
-    return _plain(fit, theta)
+        trust = [1.0 / np.sqrt(1.0 + (e / width) ** 2) for e in errors]
+        theta = fitted_trusting(fit, theta, trust, FEW).theta
+    return as_plain(fit, theta)
 
 
 def _common_limit(model: JointModel) -> float | None:
@@ -85,20 +68,8 @@ def _below(fit: JointFit, limit: float) -> JointFit:
     ]
     theta = fit.theta
     for _ in range(2):
-        theta = _fitted(fit, theta, trust, iterations=20)
-    return _plain(fit, theta)
-
-
-def _fitted(fit: JointFit, theta: Array, trust: list[Array], iterations: int = 6) -> Array:
-    model = fit.model
-    trusting = _Trusting(model.layout, model.records, model.effects, model.minimum_phase, trust)
-    trusting.noise_n, trusting.weights = model.noise_n, model.weights
-    return trusting.fit(theta, penalties=fit.penalties, rounds=1, iterations=iterations, tolerance=1e-3).theta
-
-
-def _plain(fit: JointFit, theta: Array) -> JointFit:
-    solution = replace(fit.solution, theta=theta, normal=fit.model.normal(theta))
-    return JointFit(fit.model, solution, fit.penalties)
+        theta = fitted_trusting(fit, theta, trust, MANY).theta
+    return as_plain(fit, theta)
 
 
 def _scale(residual: Array) -> float:

@@ -24,10 +24,8 @@ Ints = NDArray[np.intp]
 LEAST_STEP = 0.03  # of the campaign's range of current
 REST_STEP = 0.1  # of the step: what the samples beside it may move
 ALONE_S = 0.05  # without another step: what one did to the force is over by then
-TRIED = 0.25  # of an interval: the shift by which the slope is taken
+TRIED = np.linspace(-0.5, 0.5, 9)  # of an interval, earlier than its middle
 SPREAD = 12.0**-0.5  # of a time that is uniform over one interval
-MOST = 0.5  # of an interval, to either side
-PASSES = 2
 MOST_HIDDEN = 0.2  # of a record's samples
 AFTER_S, MOST_AFTER = 0.005, 3  # and samples, in which the force shows when within its interval a step was
 
@@ -42,18 +40,26 @@ def timed(records: Sequence[Record], fit: JointFit) -> list[Record]:
     places = [lone_steps(r, least) if least > 0.0 else np.zeros(0, dtype=np.intp) for r in records]
     if not any(p.size for p in places):
         return list(records)
-    shares = [np.zeros(p.size) for p in places]
-    for _ in range(PASSES):
-        here = _placed(records, places, shares)
-        # Towards the middle, so that the trial stays within the interval.
-        by = [np.where(s > 0.0, -TRIED, TRIED) for s in shares]
-        there = _placed(records, places, [s + d for s, d in zip(shares, by, strict=True)])
-        errors, others = fit.model.on(here).errors(fit.theta), fit.model.on(there).errors(fit.theta)
-        shares = [
-            _shares(r, at, (e - other)[:: r.finer], e[:: r.finer], s, d)
-            for r, at, e, other, s, d in zip(records, places, errors, others, shares, by, strict=True)
-        ]
+    tried = []
+    for share in TRIED:
+        here = _placed(records, places, [np.full(p.size, share) for p in places])
+        tried.append(fit.model.on(here).errors(fit.theta))
+    shares = [
+        _shares(r, at, np.stack([e[:: r.finer] for e in own]))
+        for r, at, own in zip(records, places, zip(*tried, strict=True), strict=True)
+    ]
     return _placed(records, places, shares)
+
+
+def trusted(records: Sequence[Record], factors: Sequence[int]) -> list[Array]:
+    """1 for each weighed sample of the records, 0 where a step's time is not known: (n // factor) each."""
+    found = []
+    for r, factor in zip(records, factors, strict=True):
+        trust = np.ones(len(r) // factor)
+        hidden = _after_steps(r, len(r)) * r.finer // factor
+        trust[hidden[hidden < trust.size]] = 0.0
+        found.append(trust)
+    return found
 
 
 def without_steps(record: Record, error: Array) -> Array:
@@ -61,20 +67,27 @@ def without_steps(record: Record, error: Array) -> Array:
 
     There it hangs on when between two samples the current stepped, and no model knows.
     """
-    current = record.current_a[:: record.finer]
-    jumps = np.abs(np.diff(current))
-    if not jumps.any():
-        return error
-    rate = record.rate_hz / record.finer
-    at = np.flatnonzero(jumps >= LEAST_STEP * float(np.ptp(current))) + 1 - (current.size - error.size)
-    count = min(max(1, int(np.ceil(AFTER_S * rate))), MOST_AFTER)
-    hidden = (at[:, None] + np.arange(count)).ravel()
-    hidden = hidden[(hidden > 0) & (hidden < error.size - 1)]
-    # What changes in many samples on end is a slope, not a step.
-    if hidden.size > MOST_HIDDEN * error.size:
+    hidden = _after_steps(record, error.size)
+    if not hidden.size:
         return error
     seen = np.setdiff1d(np.arange(error.size), hidden)
     return np.asarray(np.interp(np.arange(error.size), seen, error[seen]))
+
+
+def _after_steps(record: Record, size: int) -> Ints:
+    """The samples after steps, of the last `size` that were measured; none where there are too many."""
+    current = record.current_a[:: record.finer]
+    size = min(size, current.size)
+    jumps = np.abs(np.diff(current))
+    if not jumps.any():
+        return np.zeros(0, dtype=np.intp)
+    rate = record.rate_hz / record.finer
+    at = np.flatnonzero(jumps >= LEAST_STEP * float(np.ptp(current))) + 1 - (current.size - size)
+    count = min(max(1, int(np.ceil(AFTER_S * rate))), MOST_AFTER)
+    hidden = np.unique(at[:, None] + np.arange(count))
+    hidden = hidden[(hidden > 0) & (hidden < size - 1)]
+    # What changes in many samples on end is a slope, not a step.
+    return hidden if hidden.size <= MOST_HIDDEN * size else np.zeros(0, dtype=np.intp)
 
 
 def lone_steps(record: Record, least_a: float) -> Ints:
@@ -90,22 +103,26 @@ def lone_steps(record: Record, least_a: float) -> Ints:
     return np.array(kept, dtype=np.intp)
 
 
-def _shares(record: Record, at: Ints, change: Array, error: Array, shares: Array, tried: Array) -> Array:
+def _shares(record: Record, at: Ints, errors: Array) -> Array:
     """How much earlier than the middle of its interval each step is, in intervals, within a half.
 
-    change (n): what a trial, earlier by `tried`, takes off the error (n) that the shares so far leave.
+    errors (tried shares, n): what a model misses with all steps at a share. The force does not answer to the
+    time of a step in a straight line: so the least error is looked up, not stepped to.
     """
     rate = record.rate_hz / record.finer
     span = max(1, round(ALONE_S * rate))
-    noise = (1.4826 * float(np.median(np.abs(error)))) ** 2 * correlation_inflation(error)
-    out = np.zeros(at.size)
+    out, between = np.zeros(at.size), TRIED[1] - TRIED[0]
     for n, k in enumerate(at):
-        near = slice(max(0, k - 1), k + span)
-        slope = change[near] / tried[n]
-        push, size = float(slope @ error[near]), float(slope @ slope)
-        if size > 0.0:
-            out[n] = (push + size * shares[n]) / (size + noise / SPREAD**2)
-    return np.clip(out, -MOST, MOST)
+        near = errors[:, max(0, k - 1) : k + span]
+        best = near[int(np.argmin(np.sum(near**2, axis=1)))]
+        noise = (1.4826 * float(np.median(np.abs(best)))) ** 2 * correlation_inflation(best)
+        loss = np.sum(near**2, axis=1) + noise * (TRIED / SPREAD) ** 2
+        least = int(np.argmin(loss))
+        out[n] = TRIED[least]
+        if 0 < least < TRIED.size - 1:
+            before, here, after = loss[least - 1 : least + 2]
+            out[n] += 0.5 * between * (before - after) / max(before - 2.0 * here + after, 1e-300)
+    return out
 
 
 def _placed(records: Sequence[Record], places: Sequence[Ints], shares: Sequence[Array]) -> list[Record]:
