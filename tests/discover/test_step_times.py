@@ -11,29 +11,38 @@ from identify.virtual import Bench, random_damper
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.step_times import lone_steps, without_steps
+from mrctl.identify.finish import damper_of
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign, Run
+from mrctl.model.damper import Damper
+from mrctl.model.filters import Filter
 
 FINE_HZ, RATE_HZ = 4000.0, 500.0
 KEPT = int(FINE_HZ / RATE_HZ)
 NOISE_N = 1.0
+QUICK_HZ, SELDOM = 90.0, 16  # a lag shorter than the sampling interval of every 16th sample
 
 
-def _sampled(run: Run) -> Run:
+def _sampled(run: Run, kept: int = KEPT) -> Run:
     taken = {
-        name: getattr(run, name)[::KEPT].copy()
+        name: getattr(run, name)[::kept].copy()
         for name in (
             "time_s", "velocity_m_s", "current_a", "temperature_c", "force_n", "displacement_m",
             "acceleration_m_s2",
         )
     }  # fmt: skip
-    return replace(run, sample_rate_hz=RATE_HZ, **taken)
+    return replace(run, sample_rate_hz=FINE_HZ / kept, **taken)
 
 
 @pytest.fixture(scope="module")
 def stepped() -> tuple[Campaign, list[np.ndarray]]:
     """Runs at 500 Hz whose current steps at any time, and how much earlier than mid-interval each was."""
-    bench = Bench(random_damper(4), np.random.default_rng(4), NOISE_N)
+    return _stepped(random_damper(4), KEPT)
+
+
+def _stepped(damper: Damper, kept: int) -> tuple[Campaign, list[np.ndarray]]:
+    bench = Bench(damper, np.random.default_rng(4), NOISE_N)
     runs, earlier = [], []
     for k in range(5):
         t, v = bench.road(FINE_HZ, 5.0)
@@ -42,9 +51,9 @@ def stepped() -> tuple[Campaign, list[np.ndarray]]:
         current = np.zeros(t.size)
         for n, start in enumerate(at):
             current[start:] = (2.0, 0.5, 3.0, 1.0)[n % 4]
-        runs.append(_sampled(bench.run(f"{k}", t, v, current, 40.0)))
-        into = (at - 1) % KEPT + 1  # fine samples after the last one that shows the old current
-        earlier.append(0.5 - into / KEPT)
+        runs.append(_sampled(bench.run(f"{k}", t, v, current, 40.0), kept))
+        into = (at - 1) % kept + 1  # fine samples after the last one that shows the old current
+        earlier.append(0.5 - into / kept)
     return Campaign(Path("stepped"), tuple(runs), "0" * 64), earlier
 
 
@@ -64,6 +73,25 @@ def test_the_times_are_taken_from_the_force_and_the_error_falls(stepped):
         at = np.flatnonzero(np.abs(np.diff(run.current_a)) > 0.1)
         expected.append(float(np.sum(share * np.diff(run.current_a)[at])))
     assert np.corrcoef(found, expected)[0, 1] > 0.9
+
+
+def test_a_short_lag_is_seen_where_no_step_was():
+    decay = np.exp(-2.0 * np.pi * QUICK_HZ / FINE_HZ)
+    quick = Filter.of(FINE_HZ, (1.0 - decay,), (1.0, -decay))
+    campaign, _ = _stepped(replace(random_damper(4), forward_filter=quick), SELDOM)
+    evidence = Evidence.of(campaign)
+    hz = np.array([40.0, 80.0, 120.0])
+
+    def miss(fit: JointFit) -> float:
+        found = damper_of(fit).forward_filter.response(hz)
+        return float(np.max(np.abs(np.abs(found) - np.abs(quick.response(hz)))))
+
+    plain = evidence.base().fit
+    stepless = evidence.stepless(plain)
+    timed = evidence.timed(stepless).base((), {}, stepless).fit
+    assert miss(plain) > 0.15  # it has made up for the steps' times
+    assert miss(stepless) < 0.03
+    assert miss(timed) < 0.05
 
 
 def test_the_currents_as_measured_are_kept_for_another_model(stepped):
