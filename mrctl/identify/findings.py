@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 STEADY_A = 0.05  # a current that moves less than this in every run shows no lag
 UNEVEN_SHARE = 0.7  # of the larger top speed that the smaller one must reach
 HARMONIC_SHARE = 1e-4  # of the static force's power at which a frequency counts as excited
+LONGEST_LIST = 2  # currents in a row that are named one by one
 VAGUE_SHARE = 0.05  # relative standard deviation above which a table value is called vague
 
 
@@ -69,11 +70,23 @@ def _current(fit: JointFit, std: dict[str, tuple[float, ...]]) -> list[Finding]:
             )
         )
     relative = np.array(std["f.force"][-i.size :]) / np.maximum(f, 1e-9)
-    vague = [f"{a:.3g} A" for a, r in zip(i, relative, strict=True) if r > VAGUE_SHARE]
+    vague = _stretches(i, relative > VAGUE_SHARE)
     if vague:
         found.append(
             Finding("f", f"known to no better than 5 % at {', '.join(vague)}", "measure longer there")
         )
+    return found
+
+
+def _stretches(current_a: Array, chosen: NDArray[np.bool_]) -> list[str]:
+    """The chosen currents (n), rising, in words: three or more in a row by their ends."""
+    found: list[str] = []
+    at = np.flatnonzero(chosen)
+    for row in np.split(current_a[at], np.flatnonzero(np.diff(at) > 1) + 1):
+        if row.size > LONGEST_LIST:
+            found.append(f"{row[0]:.3g} to {row[-1]:.3g} A")
+        else:
+            found += [f"{a:.3g} A" for a in row]
     return found
 
 
