@@ -26,6 +26,10 @@ LOOP_HZ = 1000.0
 SETTLE_STEPS = 100  # as `mrctl invert` has it
 KINDS = (("multisine", "wander"), ("road", "prbs"), ("growing", "sine"))  # motion and current
 START_S = 0.25  # a run's history before its first sample is not in the file
+STEP_SHARE, STEP_SAMPLES = (
+    0.03,
+    3,
+)  # of the range of current; when a step was, no file says
 SECONDS = 4.0
 WARMING_S = 30.0  # what heats up shows nothing in seconds
 
@@ -95,13 +99,24 @@ def forward_errors(rig, runs, dampers):
         for name, damper in dampers.items():
             squares[name].append(run.force_n - modelled(damper, run))
     start = round(START_S * rig.spec["fs"])
-    counted = {name: [e[start:] for e in own] for name, own in squares.items()}
+    told = [_told(run.current_a, start) for run in campaign.runs]
+    counted = {name: [e[m] for e, m in zip(own, told, strict=True)] for name, own in squares.items()}
     return {f"{name}_n": _rms(own) for name, own in counted.items()} | {
         "each": [
             {"kind": kind} | {f"{name}_n": _rms([own[n]]) for name, own in counted.items()}
             for n, (kind, _) in enumerate(KINDS)
         ]
     }
+
+
+def _told(current_a, start):
+    """Which samples (n) hang on what the file says: not on its start, nor on the time of a step."""
+    known = np.arange(current_a.size) >= start
+    steps = np.flatnonzero(np.abs(np.diff(current_a)) > STEP_SHARE * max(float(np.ptp(current_a)), 1e-9))
+    after = (steps[:, None] + 1 + np.arange(STEP_SAMPLES)).ravel()
+    if after.size < 0.2 * current_a.size:  # else it is no steps but a slope
+        known[after[after < current_a.size]] = False
+    return known
 
 
 def inverse_errors(rig, runs, dampers):
