@@ -16,7 +16,6 @@ from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, st
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import with_plain_lag
-from mrctl.discover.refit import part
 from mrctl.discover.step_times import timed, trusted, without_steps
 from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.errors import InputError
@@ -222,4 +221,4 @@ def _shortened(record: Record, floor: NoiseFloor, share: float) -> Record:
         return record
     if floor.floor_n and floor.drift_n and floor.drift_n > DRIFTING * floor.floor_n:
         return record
-    return part(record, 0, int(len(record) * max(share, FEWEST_CYCLES / floor.cycles)))
+    return record.part(0, int(len(record) * max(share, FEWEST_CYCLES / floor.cycles)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,14 +22,6 @@ from mrctl.model.effects.base import Effect, Stage, Vector
 Array = NDArray[np.float64]
 
 FITTED_HZ = 1000.0  # records that are faster are averaged
-SIGNALS = (
-    "velocity_m_s",
-    "current_a",
-    "temperature_c",
-    "force_n",
-    "displacement_m",
-    "acceleration_m_s2",
-)
 HELD_OUT_SHARE = 4  # one run of so many is left out, or the last such part of each run
 
 
@@ -72,16 +64,11 @@ def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record]
     # Cut where a sample was measured.
     cut = [(len(r) - len(r) // HELD_OUT_SHARE) // r.finer * r.finer for r in records]
     return Split(
-        [part(r, 0, at) for r, at in zip(ready, cut, strict=True)],
-        [part(r, at, len(r)) for r, at in zip(records, cut, strict=True)],
+        [r.part(0, at) for r, at in zip(ready, cut, strict=True)],
+        [r.part(at, len(r)) for r, at in zip(records, cut, strict=True)],
         tuple(f"{run.name} (last quarter)" for run in runs),
         floor,
     )
-
-
-def part(record: Record, first: int, last: int) -> Record:
-    """A stretch of a record."""
-    return replace(record, **{name: getattr(record, name)[first:last] for name in SIGNALS})
 
 
 def fitted(

@@ -28,6 +28,11 @@ START_RECORDS = 6
 START_LAGS_HZ = (3.0, 10.0, 40.0)
 ROUGH_KNOTS = 14
 MORE_SEARCHES = 4
+COARSE_ROUNDS, FINE_ROUNDS = 3, 1
+ENOUGH_SAMPLES = 24000  # weighed, for the coarse rounds
+SHORTEST_S = 1.0
+ALIKE_SHARE = 0.9  # of a record's range, that its beginning must have
+STEADY = {"velocity_m_s": 0.0, "current_a": 0.01, "temperature_c": 2.0}  # ranges that are none
 
 
 def identify_best(campaign: Campaign, progress: Report | None = None) -> IdentificationResult:
@@ -67,15 +72,40 @@ def fit_base(records: Sequence[Record], order: int = 3, *, warmer_k: float = 0.0
     """The base model of these records; h has knots up to `warmer_k` above the case's temperatures."""
     layout = layout_for(records, order, warmer_k=warmer_k)
     start = rough_fit(records, order)
-    final = JointModel(layout, records)
     theta = layout.pack(moved(start.tables, start.model.layout, layout))
-    final.reweigh(theta)
-    return final.fit(theta, rounds=4, iterations=10)
+    coarse = JointModel(layout, enough([coarser(r) for r in records]))
+    coarse.reweigh(theta)
+    near = coarse.fit(theta, rounds=COARSE_ROUNDS, iterations=10)
+    final = JointModel(layout, records)
+    final.reweigh(near.theta, each=True)
+    return final.fit(near.theta, penalties=near.penalties, rounds=FINE_ROUNDS, iterations=10)
+
+
+def coarser(record: Record) -> Record:
+    """A record at the rate at which forces are compared: most of the way of a fit needs no more."""
+    return record if record.finer > 1 else record.decimated(int(record.rate_hz / WEIGHING_RATE_HZ))
+
+
+def enough(records: Sequence[Record]) -> list[Record]:
+    """The beginnings of records that go on as they began, where there is more than a first fit needs."""
+    share = ENOUGH_SAMPLES / sum(len(r) for r in records)
+    return [_beginning(r, max(share, SHORTEST_S * r.rate_hz / len(r))) for r in records]
+
+
+def _beginning(record: Record, share: float) -> Record:
+    if share >= 1.0:
+        return record
+    first = record.part(0, int(share * len(record)))
+    for name in ("velocity_m_s", "current_a", "temperature_c"):
+        whole = float(np.ptp(getattr(record, name)))
+        if float(np.ptp(getattr(first, name))) < ALIKE_SHARE * whole - STEADY[name]:
+            return record
+    return first
 
 
 def rough_fit(records: Sequence[Record], order: int) -> JointFit:
     """A fit of few records on few knots: tables and filter in turn and together, from several lags."""
-    some = [r.decimated(max(1, int(r.rate_hz / WEIGHING_RATE_HZ))) for r in few(records)]
+    some = [coarser(r) for r in few(records)]
     layout = layout_for(some, order, velocity_knots=ROUGH_KNOTS)
     starts = [_search_and_fit(_lagged(some, layout.with_order(1), hz), layout) for hz in START_LAGS_HZ]
     fits = sorted((_search_and_fit(fit, layout) for fit in starts), key=_misfit)

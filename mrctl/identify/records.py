@@ -14,6 +14,14 @@ from mrctl.measurements.run import Run
 
 Array = NDArray[np.float64]
 
+SIGNALS = (
+    "velocity_m_s",
+    "current_a",
+    "temperature_c",
+    "force_n",
+    "displacement_m",
+    "acceleration_m_s2",
+)
 LIGHT_J_K = 40.0  # the fluid of a small damper, or that in the gap of a large one
 HOTTEST_K = 60.0
 SHORTEST = 16  # samples; less says nothing about a third-order filter
@@ -96,6 +104,10 @@ class Record:
             if means.size > SHORTEST and float(np.max(np.abs(np.diff(means)))) < SLOW_M_S:
                 return factor
         return 1
+
+    def part(self, first: int, last: int) -> Record:
+        """A stretch of the record."""
+        return replace(self, **{name: getattr(self, name)[first:last] for name in SIGNALS})
 
     def decimated(self, factor: int) -> Record:
         """Means over `factor` samples: a coarser look at the same run."""

@@ -88,7 +88,7 @@ def test_the_mount_carries_what_the_damper_gives_behind_a_lag_as_long_as_its_own
 @pytest.mark.parametrize("dt_s", [0.0005, 0.005])
 def test_friction_is_dahls(dt_s):
     t, v = signals(dt_s)
-    ours = additive("coulomb_friction", (80.0, 5e-4), t, v, dt_s)
+    ours = additive("coulomb_friction", (80.0, 5e-4, 0.0, 5e-3), t, v, dt_s)
     exact = 80.0 * solved(
         lambda u, z: velocity(u) / 5e-4 * (1.0 - z * np.sign(velocity(u))), np.sign(v[0]), t
     )
@@ -97,9 +97,26 @@ def test_friction_is_dahls(dt_s):
 
 def test_fast_friction_is_coulombs():
     t, v = signals(0.0005)
-    ours = additive("coulomb_friction", (80.0, 1e-5), t, v, 0.0005)
+    ours = additive("coulomb_friction", (80.0, 1e-5, 0.0, 5e-3), t, v, 0.0005)
     moving = np.abs(v) > 0.1
     assert ours[moving] == pytest.approx(80.0 * np.sign(v[moving]), abs=0.1)
+
+
+def test_slow_friction_is_stribecks():
+    t = np.arange(8000) * 0.0005
+    v = 0.02 * t / t[-1]
+    ours = additive("coulomb_friction", (80.0, 1e-6, 0.25, 4e-3), t, v, 0.0005)
+    sliding = v > 1e-3
+    assert ours[sliding] == pytest.approx(80.0 + 20.0 * np.exp(-((v[sliding] / 4e-3) ** 2)), rel=1e-3)
+
+
+def test_inertia_lags_as_a_chamber_lets_it():
+    t, v = signals(0.0005)
+    a, zeros = np.gradient(v, t), np.zeros(t.size)
+    late = stages.additive(effects()["fluid_inertia"], (10.0, 20e-3), v, zeros, a, zeros, zeros, 0.0005)
+    span = 10.0 * float(np.ptp(a))
+    assert late + 20e-3 * np.gradient(late, t) == pytest.approx(10.0 * a, abs=0.02 * span)
+    assert float(np.max(np.abs(late - 10.0 * a))) > 0.1 * span
 
 
 @pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])

@@ -6,7 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+
+SLOW_M_S = 5e-3  # where lubricated seals go over from sticking to sliding
 
 
 def step(
@@ -19,11 +21,12 @@ def step(
     temperature_c: float,
     dt_s: float,
 ) -> float:
-    """The friction force in N: Dahl's equation solved exactly over the sample."""
+    """The friction force in N: Dahl's equation solved exactly over the sample, more force at low speed."""
     if velocity_m_s != 0.0:
         side = 1.0 if velocity_m_s > 0.0 else -1.0
         s[0] = side + (s[0] - side) * math.exp(-abs(velocity_m_s) * dt_s / p[1])
-    return p[0] * s[0]
+    slow = velocity_m_s / p[3]
+    return p[0] * s[0] * (1.0 + p[2] * math.exp(-slow * slow))
 
 
 def start(
@@ -39,6 +42,10 @@ def start(
     return [float((velocity_m_s > 0.0) - (velocity_m_s < 0.0))]
 
 
+def _guesses(_: Ranges) -> list[Vector]:
+    return [(50.0, 1e-4, 0.0, SLOW_M_S), (50.0, 1e-4, 0.3, SLOW_M_S)]
+
+
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
     return {"presliding stiffness": (p[0] / p[1], "N/m")}
 
@@ -47,16 +54,41 @@ EFFECT = Effect(
     name="coulomb_friction",
     stage=Stage.ADDITIVE,
     summary="Seals and guides hold the rod with a constant force, elastic for a fraction of a millimetre.",
-    equation="F = friction z, dz/dx = (1 - z sign(v)) / presliding",
-    source="Dahl, AIAA Journal 14 (1976), with exponent 1.",
+    equation="F = friction (1 + breakaway exp(-(v / slow)^2)) z, dz/dx = (1 - z sign(v)) / presliding",
+    source=(
+        "Dahl, AIAA Journal 14 (1976), with exponent 1; at low speed Stribeck's curve as in Canudas de Wit, "
+        "Olsson, Astrom, Lischinsky, IEEE Trans. Autom. Control 40 (1995)."
+    ),
     parameters=(
         Parameter("friction_n", "N", 0.0, 0.0, 2e3, 50.0, "force while it slides", linear=True),
         Parameter("presliding_m", "m", 1e-4, 1e-6, 5e-3, 1e-4, "length over which the force turns round"),
+        Parameter(
+            "breakaway",
+            "1",
+            0.0,
+            0.0,
+            2.0,
+            0.0,
+            "how much more force there is at low speed, as a share",
+            0.3,
+            optional=True,
+        ),
+        Parameter(
+            "slow_m_s",
+            "m/s",
+            SLOW_M_S,
+            5e-4,
+            0.05,
+            SLOW_M_S,
+            "speed at which most of that has gone",
+            optional=True,
+        ),
     ),
     step=step,
     inverse=Undo.SUBTRACT,
     inverse_note="Its force, the presliding state followed from the velocity, is taken off the wish.",
     start=start,
     states=("share of the sliding force, -1 to 1",),
+    guesses=_guesses,
     derived=_derived,
 )

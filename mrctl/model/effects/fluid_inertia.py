@@ -5,7 +5,10 @@ from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.lag import lagged
+
+TYPICAL_KG = 5.0
 
 
 def step(
@@ -19,20 +22,55 @@ def step(
     dt_s: float,
 ) -> float:
     """The inertia force in N."""
-    return p[0] * acceleration_m_s2
+    s[0] = lagged(p[0] * acceleration_m_s2, s[0], p[1], dt_s)
+    return s[0]
+
+
+def start(
+    p: Sequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    acceleration_m_s2: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> list[float]:
+    """The force has followed."""
+    return [p[0] * acceleration_m_s2]
+
+
+def _guesses(ranges: Ranges) -> list[Vector]:
+    return [(TYPICAL_KG, 0.0), (TYPICAL_KG, 6e-3)]
 
 
 EFFECT = Effect(
     name="fluid_inertia",
     stage=Stage.ADDITIVE,
     summary="Fluid driven through a narrow gap has to be accelerated many times faster than the piston.",
-    equation="F = mass a",
-    source="Fluid column in a gap, m (Ap/Ag)^2: Peel, Stanway, Bullough, Smart Mater. Struct. 5 (1996).",
+    equation="lag dF/dt + F = mass a",
+    source=(
+        "Fluid column in a gap, m (Ap/Ag)^2: Peel, Stanway, Bullough, Smart Mater. Struct. 5 (1996). The "
+        "chamber's compliance may make it lag as the force behind H does."
+    ),
     parameters=(
-        Parameter("mass_kg", "kg", 0.0, 0.0, 500.0, 5.0, "apparent mass at the piston", linear=True),
+        Parameter("mass_kg", "kg", 0.0, 0.0, 500.0, TYPICAL_KG, "apparent mass at the piston", linear=True),
+        Parameter(
+            "lag_s",
+            "s",
+            0.0,
+            0.0,
+            0.05,
+            0.0,
+            "time constant with which the force follows",
+            2e-3,
+            optional=True,
+        ),
     ),
     step=step,
+    start=start,
+    states=("force, N",),
     inverse=Undo.SUBTRACT,
     inverse_note="Mass times acceleration is taken off the wish; velocity is differentiated if need be.",
+    guesses=_guesses,
     needs=frozenset({"acceleration"}),
 )
