@@ -45,7 +45,7 @@ def _check_parameters(
 ) -> None:
     by_name = {parameter.name: parameter for parameter in wanted}
     for name, parameter in by_name.items():
-        if name not in effect.parameters:
+        if name not in effect.parameters and not parameter.optional:
             add = f"add `{name}: {{value: ..., unit: {parameter.unit}}}`"
             findings.add(path, f"{effect.name} lacks `{name}`, {parameter.help}", add)
     for name, quantity in effect.parameters.items():

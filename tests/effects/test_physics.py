@@ -184,9 +184,17 @@ def test_the_gas_spring_covers_accumulators_of_any_exponent():
             -pressure * area,
             pressure * area * kappa * area / volume,
             -(kappa + 1.0) * area / (2.0 * volume),
+            0.0,
         )
         ours = np.array([effects()["gas_spring"].step(p, [], 0.0, u, 0.0, 0.0, 0.0, 0.001) for u in x])
         assert ours == pytest.approx(exact, abs=0.004 * np.ptp(exact))
+
+
+def test_warm_gas_presses_harder():
+    step = effects()["gas_spring"].step
+    p = (-200.0, 5000.0, 0.0, -200.0 / 298.15)
+    cold, warm = (step(p, [], 0.0, 0.01, 0.0, 0.0, c, 0.001) for c in (25.0, 84.63))
+    assert warm - cold == pytest.approx(-200.0 * 0.2)
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.0002, 0.0005, 0.0012, 0.0031, 0.02])

@@ -7,6 +7,7 @@ from collections.abc import Mapping, MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
 
+REFERENCE_C = 25.0
 SMALLEST_VOLUME = 0.1  # the gas is never compressed below this share of its volume
 
 
@@ -22,7 +23,7 @@ def step(
 ) -> float:
     """The gas force in N."""
     volume = max(1.0 - p[2] * displacement_m, SMALLEST_VOLUME)
-    return p[0] + p[1] * displacement_m / volume
+    return p[0] + p[1] * displacement_m / volume + p[3] * (temperature_c - REFERENCE_C)
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
@@ -33,7 +34,7 @@ EFFECT = Effect(
     name="gas_spring",
     stage=Stage.ADDITIVE,
     summary="The gas in the accumulator pushes on the rod, the harder the further it is compressed.",
-    equation="F = preload + stiffness x / (1 - progression x)",
+    equation=f"F = preload + warming (T - {REFERENCE_C:g}) + stiffness x / (1 - progression x)",
     source=(
         "Accumulator law p0 A (V0 / (V0 - A x))^kappa in the parameters that data determine: "
         "exact for kappa = 1, progression A/V0; otherwise progression is near (kappa + 1) A / (2 V0). "
@@ -47,12 +48,24 @@ EFFECT = Effect(
             -5e3,
             5e3,
             0.0,
-            "force at x = 0; < 0 pushes the rod out",
+            f"force at x = 0 and {REFERENCE_C:g} degC; < 0 pushes the rod out",
             100.0,
             linear=True,
         ),
         Parameter("stiffness_n_m", "N/m", 0.0, 0.0, 2e5, 8e3, "slope of the force at x = 0", linear=True),
-        Parameter("progression_per_m", "1/m", 0.0, -20.0, 20.0, 0.0, "how fast the slope grows with x", 2.0),
+        Parameter("progression_per_m", "1/m", 0.0, -60.0, 60.0, 0.0, "how fast the slope grows with x", 2.0),
+        Parameter(
+            "warming_n_k",
+            "N/K",
+            0.0,
+            -20.0,
+            20.0,
+            0.0,
+            "what each kelvin adds to the preload: warm gas presses harder",
+            0.5,
+            linear=True,
+            optional=True,
+        ),
     ),
     step=step,
     inverse=Undo.SUBTRACT,
