@@ -14,7 +14,7 @@ from mrctl.discover.grow import settled, without
 from mrctl.discover.lines import Line, line_of
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
-from mrctl.discover.reveal import hidden_effects
+from mrctl.discover.reveal import hidden_effects, taken_up
 from mrctl.discover.rivals import Rival, rivals_of, simplest
 from mrctl.discover.screen import ranges_of
 from mrctl.discover.search import Level, Trial, search_level
@@ -96,6 +96,7 @@ def diagnose(
     verdict, named_effects = _verdict(base, final, named, removable, cleared=balance.cleared)
     colour = float(np.median(final.colour))
     hidden = {**untestable, **hidden_effects(levels[0].looks, colour)}
+    hidden = taken_up(hidden, final.fit.model.layout, final.fit.tables)
     proposal = _proposal(named, colour) if verdict == "ambiguous" else None
     report(1.0, verdict)
     return Diagnosis(
