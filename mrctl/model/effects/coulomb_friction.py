@@ -8,6 +8,7 @@ from collections.abc import Mapping, MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
+REST_M_S = 2e-3  # well below it
 SLOW_M_S = 5e-3  # where lubricated seals go over from sticking to sliding
 
 
@@ -38,8 +39,8 @@ def start(
     temperature_c: float,
     dt_s: float,
 ) -> list[float]:
-    """Slides fully in the direction of the first motion; unloaded at rest."""
-    return [float((velocity_m_s > 0.0) - (velocity_m_s < 0.0))]
+    """Slides in the direction of the first motion; unloaded at rest, where a sensor's noise is no motion."""
+    return [velocity_m_s * abs(velocity_m_s) / (velocity_m_s * velocity_m_s + REST_M_S * REST_M_S)]
 
 
 def _guesses(_: Ranges) -> list[Vector]:
