@@ -9,6 +9,7 @@ from collections.abc import MutableSequence, Sequence
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.lag import lagged
 
+USUAL_THINNING = 0.015
 REFERENCE_C = 40.0  # the temperature at which viscosity grades are stated (ISO 3448)
 
 
@@ -45,7 +46,7 @@ def _steady(p: Sequence[float], velocity_m_s: float, temperature_c: float) -> fl
 
 
 def _guesses(_: Ranges) -> list[Vector]:
-    return [(400.0, 0.015, 0.0), (400.0, 0.015, 6e-3)]
+    return [(400.0, USUAL_THINNING, 0.0), (400.0, USUAL_THINNING, 6e-3)]
 
 
 EFFECT = Effect(
@@ -60,7 +61,14 @@ EFFECT = Effect(
     parameters=(
         Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 400.0, "damping at 40 degC", linear=True),
         Parameter(
-            "thinning_per_k", "1/K", 0.0, 0.0, 0.06, 0.015, "relative loss of viscosity a kelvin", 0.01
+            "thinning_per_k",
+            "1/K",
+            USUAL_THINNING,  # of what no data decide, an oil's is nearer than none
+            0.0,
+            0.06,
+            USUAL_THINNING,
+            "relative loss of viscosity a kelvin",
+            0.01,
         ),
         Parameter(
             "lag_s",
