@@ -107,8 +107,9 @@ def _least_squares(basis: FloatArray, target: FloatArray) -> FloatArray:
 
 def _harmonics(time: FloatArray, frequency: float) -> FloatArray:
     """Cosines and sines of the first harmonics, (n, 2 * harmonics)."""
-    phases = 2 * pi * frequency * np.outer(time, np.arange(1, _HARMONICS + 1))
-    return np.hstack((np.cos(phases), np.sin(phases)))
+    first = np.exp(2j * pi * frequency * time)
+    powers = np.cumprod(np.repeat(first[:, None], _HARMONICS, axis=1), axis=1)
+    return np.hstack((powers.real, powers.imag))
 
 
 def _repeating(values: FloatArray, time: FloatArray, frequency: float) -> tuple[float, slice] | None:
