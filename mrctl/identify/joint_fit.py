@@ -57,9 +57,12 @@ class JointFit:
         The residual's colour is an autoregressive model, record by record; the spread is then
         V (J' W S W J + P) V, with V the inverse of J' W J + P and P the penalties. Where the records pull a
         parameter about more than such noise would, as a model that is not quite right makes them, its spread
-        is theirs (White's estimate, clustered by record).
+        is theirs (White's estimate, clustered by record). A pole or zero at a bound is not known for that: it
+        counts as free, else what trades with it, as a delay does, would seem far surer than it is.
         """
         model, theta = self.model, self.theta
+        held = self.solution.held.copy()
+        held[model.layout.parts["filter"]] = False
         size = model.size
         bread, meat, pulls = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
         for weight, (rest, rows) in zip(model.weights, model.jacobians(theta), strict=True):
@@ -69,7 +72,7 @@ class JointFit:
             pull = weight * (rows.values @ rest)
             pulls[at] += np.outer(pull, pull)
         normal = Normal(bread, np.zeros(size), 0.0)
-        inverse = covariance(normal, self.penalties, self.solution.held)
+        inverse = covariance(normal, self.penalties, held)
         prior = np.asarray(sum(p.weight * p.gram for p in self.penalties), dtype=np.float64)
         spread = np.asarray(inverse @ (meat + prior) @ inverse, dtype=np.float64)
         count = len(model.records)
