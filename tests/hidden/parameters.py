@@ -26,19 +26,29 @@ def _gas_spring(p, case):
             "preload_n": p["GPRE"] if zero else where,
             "stiffness_n_m": p["GK"],
             "progression_per_m": 0.0,
+            "warming_n_k": 0.0,
         }
     sign = 1.0 if p["GAS"] == 1 else -1.0
     return {
         "preload_n": sign * p["GP"] if zero else where,
         "stiffness_n_m": p["GP"] * p["GAV"] * p["GKAP"] if zero else where,
         "progression_per_m": f"{FORM}: exact for kappa = 1 only",
+        "warming_n_k": 0.0,
     }
 
 
 def _friction(p, case):
+    own = {"friction_n": p["FRFC"], "presliding_m": p["FRFC"] / p["FRS0"], "breakaway": 0.0}
     if p["FR"] == 1:
-        return {"friction_n": p["FRFC"], "presliding_m": p["FRFC"] / p["FRS0"]}
-    return dict.fromkeys(("friction_n", "presliding_m"), f"{FORM}: {'LuGre' if p['FR'] == 2 else 'tanh'}")
+        return own | {"slow_m_s": "nothing breaks away"}
+    if p["FR"] == 3:
+        return dict.fromkeys((*own, "slow_m_s"), f"{FORM}: tanh")
+    length = f"{FORM}: LuGre's force of the bristles has its Stribeck curve in the length as well"
+    return own | {
+        "presliding_m": length,
+        "breakaway": p["FRFS"] / p["FRFC"] - 1.0,
+        "slow_m_s": p["FRVS"],
+    }
 
 
 def _viscous(p, case):
@@ -121,7 +131,7 @@ def _preyield(p, case):
 
 COMPARED = {
     "gas_spring": _gas_spring,
-    "fluid_inertia": lambda p, _: {"mass_kg": p["MASS"]},
+    "fluid_inertia": lambda p, _: {"mass_kg": p["MASS"], "lag_s": 0.0},
     "coulomb_friction": _friction,
     "viscous_damping": _viscous,
     "quadratic_damping": _quadratic,
