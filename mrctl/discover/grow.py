@@ -35,7 +35,8 @@ def grown(before: Tangent, look: Look) -> JointFit:
 
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
     of the effect, or hardly any; with the base fitted anew beside the effect as it looked; or at the first of
-    these with a plain lag for the filter, some effects from all their starting points.
+    these with a plain lag for the filter, some effects from all their starting points, a warmth also with h
+    fitted anew.
     """
     fit = before.fit
     effect = look.effect
@@ -65,10 +66,32 @@ def grown(before: Tangent, look: Look) -> JointFit:
         beside = np.concatenate([moving(fit), np.zeros(own.size, dtype=bool)])
         settled = [heat(starts[1], free=beside, iterations=HEAT, tolerance=HEAT_TOLERANCE).theta]
         if effect.stage in _WINDING:
-            points = effect.starting_points(ranges_of(model))
-            again += [np.concatenate([fit.theta, alone.pack({effect.name: point})]) for point in points]
+            points = [alone.pack({effect.name: p}) for p in effect.starting_points(ranges_of(model))]
+            again += [np.concatenate([fit.theta, point]) for point in points]
+            if effect.stage is Stage.TEMPERATURE:
+                cold = _without_temperature(fit)
+                settled += [
+                    heat(
+                        np.concatenate([cold, point]),
+                        free=beside,
+                        iterations=HEAT,
+                        tolerance=HEAT_TOLERANCE,
+                    ).theta
+                    for point in points
+                ]
     every = [start, *settled, *(with_plain_lag(model, one) for one in again)]
     return raced(every, heat, fitted, model.cost, ITERATIONS)
+
+
+def _without_temperature(fit: JointFit) -> Array:
+    """The vector with h = 1: a base that had to make up for a fluid's own warmth has it in its h.
+
+    From there no step leads to the h of a fluid that warms up, and above the case's temperatures it has none.
+    """
+    parts, theta = fit.model.layout.parts, fit.theta.copy()
+    for name in ("h_on", "h_off"):
+        theta[parts[name]] = 0.0
+    return theta
 
 
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
