@@ -75,7 +75,7 @@ def test_tables_are_smoothed_anew_once_the_error_has_gone():
     campaign = rich({"gas_spring": {"preload_n": 0.0, "stiffness_n_m": 4000.0, "progression_per_m": 0.0}})
     evidence = Evidence.of(replace(campaign, runs=campaign.runs[:8]))
     base = evidence.base()
-    first = prove(grown_by(base.fit, effect("gas_spring"), (0.0, 4000.0, 0.0)), evidence.folds)
+    first = prove(grown_by(base.fit, effect("gas_spring"), (0.0, 4000.0, 0.0, 0.0)), evidence.folds)
     again = settled(first, evidence.folds)
     assert first.mean_square < 0.5 * base.mean_square
     assert again.mean_square <= first.mean_square

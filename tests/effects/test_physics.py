@@ -8,6 +8,7 @@ from conftest import make_damper, with_effects
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.optimize import curve_fit
 
 from mrctl.model.effects.registry import effects
 from mrctl.model.filters import plain_lag
@@ -190,6 +191,24 @@ def test_the_gas_spring_covers_accumulators_of_any_exponent():
         assert ours == pytest.approx(exact, abs=0.004 * np.ptp(exact))
 
 
+def test_a_direction_that_saturates_later_is_asymmetric_at_any_current():
+    def rebound(i):
+        return 140.0 + 1500.0 * (1.0 - np.exp(-i / 1.1))
+
+    def compression(i):
+        return 140.0 + 850.0 * (1.0 - np.exp(-i / 0.45))
+
+    i = np.linspace(0.0, 2.0, 41)
+    want = compression(i) / rebound(i)  # it rises at first, and falls then
+
+    def ratio(i, *p):
+        step = effects()["rebound_asymmetry"].step
+        return np.array([step(p, [], -0.1, 0.0, one, 40.0, 0.001) for one in i])
+
+    p, _ = curve_fit(ratio, i, want, p0=(0.0, 2.0, 2.0, -2.0))
+    assert np.max(np.abs(ratio(i, *p) - want)) < 0.015
+
+
 def test_warm_gas_presses_harder():
     step = effects()["gas_spring"].step
     p = (-200.0, 5000.0, 0.0, -200.0 / 298.15)
@@ -220,7 +239,7 @@ def test_sensor_delay_is_continuous_in_the_delay():
 )
 def test_an_end_stop_pushes_back_and_never_pulls(x, v, clearance, exponent, damping):
     force = effects()["end_stop"].step(
-        (clearance, 500.0, exponent, damping, 0.0), [], v, x, 0.0, 0.0, 0.0, 0.001
+        (clearance, 500.0, exponent, damping, 0.0, 0.0), [0.0], v, x, 0.0, 0.0, 0.0, 0.001
     )
     assert force * x >= 0.0
     if abs(x) <= clearance:

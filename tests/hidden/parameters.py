@@ -83,7 +83,7 @@ def _heating(p, case):
 
 
 def _end_stop(p, case):
-    own = {"force_at_1mm_n": p["EK"] * 1e-3 ** p["EN"], "exponent": p["EN"]}
+    own = {"force_at_1mm_n": p["EK"] * 1e-3 ** p["EN"], "exponent": p["EN"], "lag_s": 0.0}
     own["damping_n_s_m"] = 0.0 if p["ECV"] == 0 else f"{FORM}: it sets in over another depth"
     if p["ESIDE"]:
         one = "one stop only: it stands at middle + clearance"
@@ -122,7 +122,7 @@ def _stroke(p, case):
 
 
 def _preyield(p, case):
-    names = ("yield_length_m", "compliance_m_n", "creep", "share", "plastic")
+    names = ("yield_length_m", "compliance_m_n", "creep", "share", "plastic", "rounded")
     other = (
         "memory of the saturating part of g alone" if p["PY"] == 1 else "a spring before that part of g alone"
     )
@@ -146,7 +146,7 @@ COMPARED = {
         ("low_speed_change", "growth_s_m", "knee_m_s", "fade_current_a"), FORM
     ),
     "rebound_asymmetry": lambda _, __: dict.fromkeys(
-        ("compression_change", "compression_change_per_a", "bend_per_a"),
+        ("compression_change", "compression_change_per_a", "bend_per_a", "compression_change_per_a2"),
         f"{FORM}: tanh(i); what does not change with the current is also g's",
     ),
     "preyield_stiffness": _preyield,

@@ -7,6 +7,7 @@ import math
 from collections.abc import MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.lag import lagged
 
 UNIT_M = 1e-3  # the stop's force is stated at this depth
 OUTER_SHARE = 0.35  # of the largest displacement seen; a derived displacement may be off its middle
@@ -24,6 +25,24 @@ def step(
     dt_s: float,
 ) -> float:
     """The stop's force in N; it pushes back and never pulls."""
+    s[0] = lagged(_steady(p, velocity_m_s, displacement_m), s[0], p[5], dt_s)
+    return s[0]
+
+
+def start(
+    p: Sequence[float],
+    velocity_m_s: float,
+    displacement_m: float,
+    acceleration_m_s2: float,
+    current_a: float,
+    temperature_c: float,
+    dt_s: float,
+) -> list[float]:
+    """The force has followed."""
+    return [_steady(p, velocity_m_s, displacement_m)]
+
+
+def _steady(p: Sequence[float], velocity_m_s: float, displacement_m: float) -> float:
     x = displacement_m - p[4]
     depth = abs(x) - p[0]
     if depth <= 0.0:
@@ -37,10 +56,12 @@ def step(
 
 def _guesses(ranges: Ranges) -> list[Vector]:
     reach = ranges.displacement_m
-    both: list[Vector] = [(share * reach, 300.0, 1.5, 500.0, 0.0) for share in (0.95, 0.85, 0.7, 0.6, 0.5)]
+    both: list[Vector] = [
+        (share * reach, 300.0, 1.5, 500.0, 0.0, 0.0) for share in (0.95, 0.85, 0.7, 0.6, 0.5)
+    ]
     # One stop only: the middle is moved away from it, so that the other is never reached.
     one: list[Vector] = [
-        ((share + 0.3) * reach, 300.0, 1.5, 500.0, side * 0.3 * reach)
+        ((share + 0.3) * reach, 300.0, 1.5, 500.0, side * 0.3 * reach, 0.0)
         for share in (0.9, 0.75, 0.6, 0.45)
         for side in (-1.0, 1.0)
     ]
@@ -57,18 +78,34 @@ EFFECT = Effect(
     stage=Stage.ADDITIVE,
     summary="Near either end of the stroke a stop pushes back, steeply and with some damping.",
     equation=(
-        "F = sign(y) force_at_1mm ((|y| - clearance) / 1 mm)^exponent + damping v where |y| > clearance, "
-        "y = x - middle"
+        "lag dF/dt + F = sign(y) force_at_1mm ((|y| - clearance) / 1 mm)^exponent + damping v where "
+        "|y| > clearance, y = x - middle"
     ),
-    source="Power-law contact with damping; Hunt, Crossley, J. Appl. Mech. 42 (1975).",
+    source=(
+        "Power-law contact with damping; Hunt, Crossley, J. Appl. Mech. 42 (1975). A hydraulic one may lag "
+        "as the force behind H does."
+    ),
     parameters=(
         Parameter("clearance_m", "m", 0.02, 0.0, 0.5, 0.02, "displacement at which the stop begins", 1e-3),
         Parameter("force_at_1mm_n", "N", 0.0, 0.0, 1e5, 500.0, "force 1 mm deep in the stop", linear=True),
         Parameter("exponent", "1", 1.5, 1.0, 3.0, 1.5, "how steeply it grows", 0.3),
         Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 500.0, "damping in the stop", linear=True),
         Parameter("middle_m", "m", 0.0, -0.5, 0.5, 0.0, "displacement halfway between the stops", 1e-3),
+        Parameter(
+            "lag_s",
+            "s",
+            0.0,
+            0.0,
+            0.05,
+            0.0,
+            "time constant with which the force follows",
+            2e-3,
+            optional=True,
+        ),
     ),
     step=step,
+    start=start,
+    states=("force, N",),
     inverse=Undo.SUBTRACT,
     inverse_note="Its force at the measured displacement is taken off the wish.",
     needs=frozenset({"displacement"}),

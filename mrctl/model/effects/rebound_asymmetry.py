@@ -22,7 +22,8 @@ def step(
     """The factor on the static force."""
     if velocity_m_s >= 0.0:
         return 1.0
-    return max(1.0 + p[0] + p[1] * current_a / (1.0 + p[2] * current_a), SMALLEST_FACTOR)
+    bent_a = current_a / (1.0 + p[2] * current_a)
+    return max(1.0 + p[0] + p[1] * bent_a + p[3] * bent_a * bent_a, SMALLEST_FACTOR)
 
 
 EFFECT = Effect(
@@ -30,7 +31,8 @@ EFFECT = Effect(
     stage=Stage.FACTOR,
     summary="Compression is damped by another force than rebound, in a ratio that may change with current.",
     equation=(
-        "factor = 1 in rebound (v >= 0), 1 + change + change_per_a i1 / (1 + bend i1) in compression (v < 0)"
+        "factor = 1 in rebound (v >= 0), in compression (v < 0) "
+        "1 + change + change_per_a j + change_per_a2 j^2, j = i1 / (1 + bend i1)"
     ),
     source="Separate rebound and compression characteristics; Dixon, The Shock Absorber Handbook.",
     parameters=(
@@ -56,6 +58,18 @@ EFFECT = Effect(
             linear=True,
         ),
         Parameter("bend_per_a", "1/A", 0.0, 0.0, 20.0, 0.0, "how soon that levels off with current", 0.5),
+        Parameter(
+            "compression_change_per_a2",
+            "1/A^2",
+            0.0,
+            -50.0,
+            50.0,
+            0.0,
+            "how it turns, where one direction saturates later",
+            0.1,
+            linear=True,
+            optional=True,
+        ),
     ),
     step=step,
     inverse=Undo.DIVIDE,
