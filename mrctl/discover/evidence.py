@@ -15,7 +15,7 @@ from mrctl.discover.grow import Folds
 from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
-from mrctl.discover.race import with_plain_lag
+from mrctl.discover.race import TOLERANCE, with_plain_lag
 from mrctl.discover.step_times import timed, trusted, without_steps
 from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.errors import InputError
@@ -124,7 +124,7 @@ class Evidence:
         free = np.arange(model.size) < model.layout.size
         begin = JointFit(model, fit.solution, fit.penalties)
         fits = [
-            fitted_trusting(begin, theta, trust, STEPLESS_ITERATIONS, free)
+            fitted_trusting(begin, theta, trust, STEPLESS_ITERATIONS, free=free, tolerance=TOLERANCE)
             for theta in (fit.theta, with_plain_lag(model, fit.theta))
         ]
         return as_plain(begin, min(fits, key=lambda one: one.total).theta)

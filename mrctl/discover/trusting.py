@@ -14,7 +14,7 @@ from mrctl.identify.joint_fit import JointFit
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-3  # share of the cost that another step must win
+TOLERANCE = 1e-3
 
 
 @dataclass
@@ -39,17 +39,20 @@ def fitted_trusting(
     theta: Array,
     trust: Sequence[Array],
     iterations: int,
+    *,
     free: NDArray[np.bool_] | None = None,
+    tolerance: float = TOLERANCE,
 ) -> JointFit:
     """A fit from theta in which the weighed samples of each record count as much as is trusted.
 
     trust: square roots of the samples' weights, 0 to 1, (n) for each record. free: which parameters move.
+    tolerance: share of the cost that another step must win.
     """
     model = fit.model
     trusting = _Trusting(model.layout, model.records, model.effects, model.minimum_phase, list(trust))
     trusting.noise_n, trusting.weights = model.noise_n, model.weights
     return trusting.fit(
-        theta, penalties=fit.penalties, free=free, rounds=1, iterations=iterations, tolerance=TOLERANCE
+        theta, penalties=fit.penalties, free=free, rounds=1, iterations=iterations, tolerance=tolerance
     )
 
 
