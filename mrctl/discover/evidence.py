@@ -116,8 +116,7 @@ class Evidence:
 
         A filter that has made up for the steps' times hides when they were. What effects move stays.
         """
-        model = JointModel(fit.model.layout, self.records, fit.model.effects, fit.model.minimum_phase)
-        model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+        model = _weighed_alike(self.records, fit)
         trust = trusted(self.records, [model.factor(r) for r in self.records])
         if all(own.all() for own in trust):
             return fit
@@ -207,11 +206,16 @@ def _seconds(records: Sequence[Record]) -> float:
     return sum(len(r) / r.rate_hz for r in records)
 
 
+def _weighed_alike(records: list[Record], fit: JointFit) -> JointModel:
+    """The model on other versions of its records."""
+    model = fit.model.on(records)
+    model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+    return model
+
+
 def _fitted_to(records: list[Record], fit: JointFit) -> JointFit:
-    """The same model on other records, each weighed as its like was."""
-    old = fit.model
-    model = JointModel(old.layout, records, old.effects, old.minimum_phase)
-    model.weights, model.noise_n = old.weights, old.noise_n
+    """The same model fitted to other records, each weighed as its like was."""
+    model = _weighed_alike(records, fit)
     return model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4)
 
 

@@ -134,6 +134,20 @@ class Parameter:
         return self.scale or abs(self.typical) or (self.high - self.low)
 
 
+FORCE_LAG = Parameter(
+    "lag_s",
+    "s",
+    0.0,
+    0.0,
+    0.05,
+    0.0,
+    "time constant with which the force follows",
+    2e-3,
+    optional=True,
+)
+"""Of a force that the chamber's compliance lets lag, as the one behind H does."""
+
+
 class Ranges(NamedTuple):
     """The largest absolute values in a campaign, for effects whose start depends on the rig's reach."""
 

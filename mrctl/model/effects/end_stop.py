@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.lag import lagged
 
 UNIT_M = 1e-3  # the stop's force is stated at this depth
@@ -91,17 +91,7 @@ EFFECT = Effect(
         Parameter("exponent", "1", 1.5, 1.0, 3.0, 1.5, "how steeply it grows", 0.3),
         Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 500.0, "damping in the stop", linear=True),
         Parameter("middle_m", "m", 0.0, -0.5, 0.5, 0.0, "displacement halfway between the stops", 1e-3),
-        Parameter(
-            "lag_s",
-            "s",
-            0.0,
-            0.0,
-            0.05,
-            0.0,
-            "time constant with which the force follows",
-            2e-3,
-            optional=True,
-        ),
+        FORCE_LAG,
     ),
     step=step,
     start=start,

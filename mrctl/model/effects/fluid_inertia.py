@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.lag import lagged
 
 TYPICAL_KG = 5.0
@@ -22,7 +22,7 @@ def step(
     dt_s: float,
 ) -> float:
     """The inertia force in N."""
-    s[0] = lagged(p[0] * acceleration_m_s2, s[0], p[1], dt_s)
+    s[0] = lagged(_steady(p, acceleration_m_s2), s[0], p[1], dt_s)
     return s[0]
 
 
@@ -36,7 +36,11 @@ def start(
     dt_s: float,
 ) -> list[float]:
     """The force has followed."""
-    return [p[0] * acceleration_m_s2]
+    return [_steady(p, acceleration_m_s2)]
+
+
+def _steady(p: Sequence[float], acceleration_m_s2: float) -> float:
+    return p[0] * acceleration_m_s2
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
@@ -54,17 +58,7 @@ EFFECT = Effect(
     ),
     parameters=(
         Parameter("mass_kg", "kg", 0.0, 0.0, 500.0, TYPICAL_KG, "apparent mass at the piston", linear=True),
-        Parameter(
-            "lag_s",
-            "s",
-            0.0,
-            0.0,
-            0.05,
-            0.0,
-            "time constant with which the force follows",
-            2e-3,
-            optional=True,
-        ),
+        FORCE_LAG,
     ),
     step=step,
     start=start,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.lag import lagged
 
 
@@ -57,17 +57,7 @@ EFFECT = Effect(
     ),
     parameters=(
         Parameter("coefficient_n_s2_m2", "N*s^2/m^2", 0.0, 0.0, 1e5, 400.0, "force at 1 m/s", linear=True),
-        Parameter(
-            "lag_s",
-            "s",
-            0.0,
-            0.0,
-            0.05,
-            0.0,
-            "time constant with which the force follows",
-            2e-3,
-            optional=True,
-        ),
+        FORCE_LAG,
     ),
     step=step,
     start=start,

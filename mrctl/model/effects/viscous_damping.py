@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.lag import lagged
 
 USUAL_THINNING = 0.015
@@ -70,17 +70,7 @@ EFFECT = Effect(
             "relative loss of viscosity a kelvin",
             0.01,
         ),
-        Parameter(
-            "lag_s",
-            "s",
-            0.0,
-            0.0,
-            0.05,
-            0.0,
-            "time constant with which the force follows",
-            2e-3,
-            optional=True,
-        ),
+        FORCE_LAG,
     ),
     step=step,
     start=start,
