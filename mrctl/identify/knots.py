@@ -132,12 +132,11 @@ class Located:
 
     def values(self, table: Array) -> Array:
         """The table's value at each sample."""
-        low = table[self.below]
-        return (
-            np.asarray(low + self.share * (table[self.below + 1] - low), dtype=np.float64)
-            if self.count > 1
-            else low
-        )
+        if self.count == 1:
+            return table[self.below]
+        out = np.empty(self.below.size)
+        _read(self.below, self.share, table, out)
+        return out
 
     def slopes(self, knots: Array, table: Array) -> Array:
         """The table's slope at each sample, 0 outside the knots."""
@@ -166,6 +165,13 @@ class Located:
         rows = np.full(used + 1, -1, dtype=np.intp)
         rows[kept] = np.arange(kept.size)
         _scatter(self.below, self.share, weight, first, factor, rows, out)
+
+
+@njit(cache=True, nogil=True)
+def _read(below, share, table, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    for k in range(below.size):
+        low = table[below[k]]
+        out[k] = low + share[k] * (table[below[k] + 1] - low)
 
 
 @njit(cache=True, nogil=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from mrctl.measurements.averaging import behind, smoothed
 from mrctl.measurements.run import Run
@@ -31,7 +31,7 @@ SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
 SLOWEST_HZ = 50.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Record:
     """One run's arrays, n samples each, on an even clock."""
 
@@ -63,6 +63,8 @@ class Record:
         """
         if factor <= 1:
             return self
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - heavy, and few campaigns are this slow
+
         at = np.arange(len(self), dtype=np.float64)
         fine = np.arange((len(self) - 1) * factor + 1) / factor
 
@@ -81,7 +83,7 @@ class Record:
             finer=self.finer * factor,
         )
 
-    @property
+    @cached_property
     def starts_at_rest(self) -> bool:
         """Whether the motion begins with the record: slowly, with a force that does not change yet either."""
         v, span = self.velocity_m_s, max(1, int(TURN_S * self.rate_hz))
@@ -93,7 +95,7 @@ class Record:
         slow = abs(float(v[0])) < REST_SHARE * float(np.abs(v).max())
         return slow and not turns(v) and not turns(self.force_n)
 
-    @property
+    @cached_property
     def slow(self) -> int:
         """How many samples may become one: the motion hardly changes in them, and the current does not."""
         steady = float(np.ptp(self.current_a)) == 0.0

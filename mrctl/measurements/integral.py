@@ -20,6 +20,8 @@ from mrctl.measurements.derivative import noise_sigma
 from mrctl.measurements.run import FloatArray
 
 _HARMONICS = 5
+_ITERATIONS = 4
+_EXACT = 1e-8  # of a frequency: less moves a hundred cycles by a few millionths of their amplitude
 _PERIODIC_SHARE, _STEADY_SHARE = 0.98, 0.01
 """A run repeats if harmonics explain this share of the velocity's variance in its middle, and is steady where
 they leave, over half a cycle, no more than the second share."""
@@ -154,7 +156,9 @@ def _fit(values: FloatArray, time: FloatArray, frequency: float, rows: slice) ->
     stride = max(1, len(values[rows]) // 2000)
     part, when = values[rows][::stride], time[rows][::stride]
     orders = np.arange(1, _HARMONICS + 1)
-    for _ in range(4):  # Gauss-Newton on the frequency: the spectrum gives it to a fraction of a bin
+    for _ in range(
+        _ITERATIONS
+    ):  # Gauss-Newton on the frequency, which the spectrum gives to a fraction of a bin
         basis = np.column_stack((np.ones(len(when)), _harmonics(when, frequency)))
         weights = _least_squares(basis, part)
         residual = part - basis @ weights
@@ -163,7 +167,10 @@ def _fit(values: FloatArray, time: FloatArray, frequency: float, rows: slice) ->
         of_cosines, of_sines = np.split(weights[1:], 2)
         slope = cosines @ (orders * of_sines) - sines @ (orders * of_cosines)
         joint = np.column_stack((basis, 2 * pi * when * slope))
-        frequency += float(_least_squares(joint, residual)[-1])
+        step = float(_least_squares(joint, residual)[-1])
+        frequency += step
+        if abs(step) < _EXACT * frequency:
+            break
     return fit
 
 
