@@ -14,6 +14,7 @@ from mrctl.discover.proof import Proof, chance, log_gain, prove
 from mrctl.discover.robust import second_opinions
 from mrctl.discover.screen import Look, looks, ranges_of
 from mrctl.discover.tangent import Tangent
+from mrctl.discover.worth import least_n2
 from mrctl.identify.batch import in_parallel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.base import Effect, Stage
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 
 MOST_FITTED = 5
 NEAR = 0.2  # of the best look's gain: looks below are not fitted, ...
-HOPELESS = 3e-3  # ... nor those that take less of the square sum: far too little to be named
+HOPELESS = 0.3  # ... nor those that take less than this share of what it takes to be named
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
 CLOSE_TRIAL = 0.7  # of the best trial's gain, or its look's, to be begun once more from its base
@@ -81,7 +82,8 @@ def search_level(
     seen = looks(tangent, candidates)
     done("every candidate")
     best = seen[0].gain if seen else 0.0
-    least = HOPELESS * float(tangent.residual @ tangent.residual)
+    share = HOPELESS * least_n2(before) / max(before.mean_square, 1e-300)
+    least = share * float(tangent.residual @ tangent.residual)
     promising = [
         one
         for one in seen[:MOST_FITTED]

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mrctl.discover.elsewhere import elsewhere
-from mrctl.discover.evidence import Evidence
 from mrctl.discover.proof import Proof
-from mrctl.discover.search import Trial
+
+if TYPE_CHECKING:
+    from mrctl.discover.evidence import Evidence
+    from mrctl.discover.search import Trial
 
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0  # BIC
@@ -26,15 +30,19 @@ MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are si
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
     """Whether an effect is real: beyond chance, worth its parameters, worth naming, and true held out."""
-    taken = before.mean_square - trial.proof.mean_square
-    force = force_n2(before)
-    share = LOUD_SHARE if taken > LOUD_OF_FORCE**2 * force else LEAST_SHARE
     return (
         trial.chance * candidates < SIGNIFICANCE
         and trial.score > LEAST_SCORE
-        and taken > max(share * before.mean_square, LEAST_OF_FORCE**2 * force)
+        and before.mean_square - trial.proof.mean_square > least_n2(before)
         and trial.proof.predicts_better_than(before)
     )
+
+
+def least_n2(before: Proof) -> float:
+    """The mean square in N² that an effect must take off a model to be worth naming."""
+    force, left = force_n2(before), before.mean_square
+    loud = max(LOUD_SHARE * left, LOUD_OF_FORCE**2 * force)
+    return max(min(LEAST_SHARE * left, loud), LEAST_OF_FORCE**2 * force)
 
 
 def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
