@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import settled, without
-from mrctl.discover.lines import Line, line_of
+from mrctl.discover.lines import Line, hums_of, line_of
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
 from mrctl.discover.reveal import hidden_effects, taken_up
@@ -204,7 +204,8 @@ class Balance:
     noise: float
     measured: bool  # the noise, from cycle to cycle
     left: float
-    line: Line | None = None  # that stands out of the spectrum of what is left
+    line: Line | None = None  # that stands out of the spectrum of what is left, and swells with the motion
+    hums: Sequence[Line] = ()  # that do not: the measurement's own
 
     @property
     def cleared(self) -> bool:
@@ -217,11 +218,12 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     budget = evidence.budget(final.fit)
     structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
-    line = line_of(evidence.steady_errors(final.fit), rates)
+    hums, errors = hums_of(evidence.steady_errors(final.fit), rates)
+    line = line_of(errors, rates)
     shaken = 0.0 if line is None else line.mean_square_n2
     over = max(budget.excess, structured, shaken)
     counts = over > LEAST_OF_FORCE**2 * force_n2(final)
-    return Balance(budget.total, budget.noise, budget.measured, over if counts else 0.0, line)
+    return Balance(budget.total, budget.noise, budget.measured, over if counts else 0.0, line, hums)
 
 
 def _verdict(

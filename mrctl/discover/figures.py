@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.diagnose import Diagnosis
+from mrctl.discover.lines import Line
 from mrctl.discover.search import Trial
 from mrctl.discover.worth import accepted
 from mrctl.identify.joint_fit import JointFit
@@ -55,17 +56,19 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
                 for m in d.left.maps[:3]
                 if m.explained_n2 > 0.0
             ],
-            "line": None
-            if d.balance.line is None
-            else {
-                "frequency_hz": d.balance.line.frequency_hz,
-                "rms_n": root(d.balance.line.mean_square_n2),
-            },
+            "line": None if d.balance.line is None else _stated(d.balance.line),
+            "hum": [
+                {"frequency_hz": h.frequency_hz, "rms_n": root(h.mean_square_n2)} for h in d.balance.hums
+            ],
         },
         "cannot_reveal": d.hidden,
         "next_run": None if d.next_run is None else d.next_run.figures(),
         "seconds": d.seconds,
     }
+
+
+def _stated(line: Line) -> dict[str, float]:
+    return {"frequency_hz": line.frequency_hz, "rms_n": root(line.mean_square_n2)}
 
 
 def _entry(t: Trial, d: Diagnosis, significant: bool, rivals: list[str] | None) -> dict[str, Any]:  # noqa: FBT001
@@ -123,6 +126,10 @@ def verdict_words(d: Diagnosis) -> str:
     before, after = root(d.base.held_out_mean_square), root(d.final.held_out_mean_square)
     how = "from cycle to cycle" if d.balance.measured else "by its spectrum"
     floor = f" The noise is {root(d.balance.noise):.3g} N ({how})."
+    if d.balance.hums:
+        at = ", ".join(f"{h.frequency_hz:.0f}" for h in d.balance.hums)
+        hum = root(sum(h.mean_square_n2 for h in d.balance.hums))
+        floor += f" {hum:.3g} N of it hum at {at} Hz, alike in all runs."
     names = ", ".join(d.effects)
     if d.verdict == "none":
         return f"Nothing is missing that this campaign can show: {before:.3g} N held out.{floor}"

@@ -1,7 +1,8 @@
-"""A line in the spectrum of what a model leaves: a rig that shakes or the mains, neither noise nor damper.
+"""A line in the spectrum of what a model leaves: a rig that shakes, or the hum of the mains.
 
 Noise of any colour has a smooth spectrum. What stands out of it in a narrow band, in all runs together, has a
-cause, which a model of motion, current and temperature does not have.
+cause, which a model of motion, current and temperature does not have. What shakes does so with the motion; a
+hum is as strong at any time in any run, and is the measurement's.
 """
 
 from __future__ import annotations
@@ -21,6 +22,10 @@ HALF_WIDTH_HZ = 3  # a line that swells with the motion is that wide
 NEAR_HZ, FAR_HZ = 5, 15  # from the line: what it is held against, on both sides
 STANDS_OUT = 2.0  # over the geometric mean of both sides
 LEAST_SHARE = 0.15  # of the mean square that is left
+MOST_HUMS = 6  # a frequency and its multiples
+PIECE_S = 1.0  # in which a hum is one sine, ...
+ALIKE = 0.25  # ... whose amplitude differs so much between pieces, in standard deviations over the mean
+GRID_HZ = 0.1  # far less than a piece can tell
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +41,7 @@ def line_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> Line | Non
     power, count = _pooled(residuals, rates_hz)
     seen = count > 0
     density = np.where(seen, power / np.maximum(count, 1), np.nan)
-    total = float(np.mean(np.concatenate(list(residuals)) ** 2))
+    total = _mean_square(residuals)
     best: Line | None = None
     for hz in range(int(LOWEST_HZ), density.size - FAR_HZ):
         sides = [density[hz - FAR_HZ : hz - NEAR_HZ + 1], density[hz + NEAR_HZ : hz + FAR_HZ + 1]]
@@ -48,6 +53,54 @@ def line_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> Line | Non
         if own.mean() > STANDS_OUT * around and (best is None or over > best.mean_square_n2):
             best = Line(float(hz), over)
     return best if best is not None and best.mean_square_n2 > LEAST_SHARE * total else None
+
+
+def hums_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[list[Line], list[Array]]:
+    """Lines as strong at any time in any run, strongest first, and residuals (n each) in N without them."""
+    hums: list[Line] = []
+    rest = list(residuals)
+    for _ in range(MOST_HUMS):
+        line = line_of(rest, rates_hz)
+        if line is None:
+            break
+        hz = _exactly(rest, rates_hz, line.frequency_hz)
+        pieces = [_without(r, rate, hz) for r, rate in zip(rest, rates_hz, strict=True)]
+        amplitudes = np.concatenate([own for _, own in pieces])
+        less = [r for r, _ in pieces]
+        still = line_of(less, rates_hz)
+        swells = still is not None and abs(still.frequency_hz - hz) <= 2 * HALF_WIDTH_HZ
+        if swells or float(amplitudes.std()) > ALIKE * float(amplitudes.mean()):
+            break
+        hums.append(Line(hz, _mean_square(rest) - _mean_square(less)))
+        rest = less
+    return hums, rest
+
+
+def _exactly(residuals: Sequence[Array], rates_hz: Sequence[float], near_hz: float) -> float:
+    """The frequency near a line's at which there is most."""
+    at = np.arange(near_hz - HALF_WIDTH_HZ, near_hz + HALF_WIDTH_HZ, GRID_HZ)
+    power = np.zeros(at.size)
+    for residual, rate in zip(residuals, rates_hz, strict=True):
+        size = max(residual.size, int(rate / GRID_HZ))
+        spectrum = np.abs(np.fft.rfft(residual * np.hanning(residual.size), size)) ** 2 / residual.size
+        power += np.interp(at, np.fft.rfftfreq(size, 1.0 / rate), spectrum)
+    return round(float(at[np.argmax(power)]), 1)
+
+
+def _without(residual: Array, rate_hz: float, hz: float) -> tuple[Array, Array]:
+    """A residual less a sine of that frequency fitted to each piece of it, and the sines' amplitudes in N."""
+    rest, amplitudes = [], []
+    for part in np.array_split(residual, max(1, round(residual.size / rate_hz / PIECE_S))):
+        angle = 2.0 * np.pi * hz / rate_hz * np.arange(part.size)
+        waves = np.column_stack([np.cos(angle), np.sin(angle)])
+        weights = np.linalg.lstsq(waves, part, rcond=None)[0]
+        rest.append(part - waves @ weights)
+        amplitudes.append(float(np.hypot(*weights)))
+    return np.concatenate(rest), np.array(amplitudes)
+
+
+def _mean_square(parts: Sequence[Array]) -> float:
+    return float(np.mean(np.concatenate(list(parts)) ** 2))
 
 
 def _pooled(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[Array, Array]:

@@ -38,8 +38,9 @@ SETTLED = (2, 1)  # cycles left out at the start and the end
 CYCLES = 8
 NEIGHBOURS = 2  # the published method needs two currents: the shown voltage and the next
 ACCUMULATOR = ("gas_spring",)  # Spencer's spring k1, which one voltage shows already
-# What several voltages show beside it: the dashpot c1 in series, the dashpot c0, which no voltage scales.
-EFFECTS = ("mount_compliance", "viscous_damping", "gas_spring")
+# What several voltages show beside it: the dashpot c1 in series; the dashpot c0, which no voltage scales, so
+# that the force bends less without one.
+EFFECTS = ("mount_compliance", "viscous_damping", "gas_spring", "off_state_backbone")
 BEGIN = {"mount_compliance": (1e-5, 2e4)}  # where the series element carries motion: else it stays rigid
 SPIKES = 90.0  # percent of the time that counts as between spikes
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mrctl.discover.lines import line_of
+from mrctl.discover.lines import hums_of, line_of
 
 RATE_HZ = 500.0
 
@@ -41,3 +41,30 @@ def test_a_faint_hum_is_not_worth_a_word():
     t = np.arange(int(8.0 * RATE_HZ)) / RATE_HZ
     runs = [noise(random, 8.0) + 2.0 * np.sin(2 * np.pi * 50.0 * t) for _ in range(4)]
     assert line_of(runs, [RATE_HZ] * 4) is None
+
+
+def test_a_hum_as_strong_in_all_runs_is_the_measurements_and_is_told_with_its_harmonic():
+    random = np.random.default_rng(4)
+    made, runs = [], []
+    for seconds in (4.0, 6.0, 11.0):
+        t = np.arange(int(seconds * RATE_HZ)) / RATE_HZ
+        hum = 16.0 * np.sin(2 * np.pi * 50.02 * t + random.uniform(0, 6))
+        hum += 9.0 * np.sin(2 * np.pi * 150.06 * t + random.uniform(0, 6))
+        runs.append(noise(random, seconds) + hum)
+        made.append(hum)
+    hums, rest = hums_of(runs, [RATE_HZ] * 3)
+    assert [round(h.frequency_hz) for h in hums] == [50, 150]
+    assert sum(h.mean_square_n2 for h in hums) == pytest.approx(np.mean(np.concatenate(made) ** 2), rel=0.1)
+    assert line_of(rest, [RATE_HZ] * 3) is None
+
+
+def test_what_swells_with_the_motion_or_differs_from_run_to_run_is_no_hum():
+    random = np.random.default_rng(5)
+    t = np.arange(int(6.0 * RATE_HZ)) / RATE_HZ
+    carrier = np.sin(2 * np.pi * 61.0 * t)
+    swelling = [noise(random, 6.0) + 25.0 * np.abs(np.sin(2 * np.pi * f * t)) * carrier for f in (1.0, 1.5)]
+    louder = [noise(random, 6.0) + size * carrier for size in (8.0, 16.0, 30.0)]
+    for runs in (swelling, louder):
+        hums, rest = hums_of(runs, [RATE_HZ] * len(runs))
+        assert not hums
+        assert line_of(rest, [RATE_HZ] * len(runs)) is not None
