@@ -18,6 +18,7 @@ CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mea
 KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles to speak for all
 FEW_DOUBT = 0.7  # as CYCLE_DOUBT, where fewer are, and of the runs that do not repeat beside the others
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
+MOST_HEARD = 6.0  # as MOST_COLOURED, where runs that repeat show it: what wanders more is no sensor's
 QUIET = 0.25  # quantile of the records, by what they leave over their sample-to-sample noise
 # RMS that is still one noise: over the quiet records', over the usual sample's.
 UNSTEADY, OUTBURSTS = 1.3, 1.5
@@ -63,9 +64,9 @@ def budget_of(
     noises = np.array([_measured(f, b, e) for f, b, e in zip(floors, beside, errors, strict=True)])
     measured = float(sizes[known] @ noises[known]) / samples
     judged = float(sizes[known] @ own[known]) / samples
+    # One sensor measured all runs: the others' noise is coloured as that of those that repeat.
+    coloured = float(np.max((noises - beside)[known] / np.maximum(least[known], 1e-12) ** 2, initial=0.0))
     if samples >= KNOWN_SHARE * sizes.sum():
-        # One sensor measured all runs: the others' noise is coloured as that of those that repeat.
-        coloured = float(np.max((noises - beside)[known] / np.maximum(least[known], 1e-12) ** 2))
         most = (1.0 + FEW_DOUBT) * (max(coloured, 1.0) * least**2 + beside)
         over = float(sizes[~known] @ (own - most)[~known]) / sizes.sum()
         return Budget(
@@ -79,7 +80,8 @@ def budget_of(
     certain = judged - measured if judged > (1.0 + FEW_DOUBT) * measured else 0.0
     spectral = spectral_floor(errors, rates_hz, brought)
     # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
-    red = (MOST_COLOURED * float(np.median(least))) ** 2 + _mean_square(brought)
+    usual, input_n2 = float(np.median(least)) ** 2, _mean_square(brought)
+    red = MOST_COLOURED**2 * usual + input_n2
     most = min(red, _steady(errors, own, beside, least))
     noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
     upper = noise if spectral is None else min(spectral.most_n**2, most)
@@ -87,7 +89,8 @@ def budget_of(
     # The sensor has at least the noise that it is known to have in some runs.
     sensor = float(sizes[known] @ np.maximum(noises - beside, 0.0)[known]) / samples
     shared = (1.0 + CYCLE_DOUBT) * (sensor + float(np.average(beside, weights=sizes))) if known.any() else 0.0
-    highest = max(doubted, upper, min(shared, red))
+    reddest = max(red, min((1.0 + CYCLE_DOUBT) * coloured, MOST_HEARD**2) * usual + input_n2)
+    highest = max(doubted, upper, min(shared, reddest))
     return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain)
 
 

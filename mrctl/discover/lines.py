@@ -22,6 +22,7 @@ HALF_WIDTH_HZ = 3  # a line that swells with the motion is that wide
 NEAR_HZ, FAR_HZ = 5, 15  # from the line: what it is held against, on both sides
 STANDS_OUT = 2.0  # over the geometric mean of both sides
 LEAST_SHARE = 0.15  # of the mean square that is left
+MOST_RUNS = 0.5  # share of the runs in which it stands out; what is in few is a motion's harmonic
 MOST_HUMS = 6  # a frequency and its multiples
 PIECE_S = 1.0  # in which a hum is one sine, ...
 ALIKE = 0.25  # ... whose amplitude differs so much between pieces, in standard deviations over the mean
@@ -37,22 +38,28 @@ class Line:
 
 
 def line_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> Line | None:
-    """The strongest line in residuals (n each) in N; None where none stands out and matters."""
-    power, count = _pooled(residuals, rates_hz)
-    seen = count > 0
-    density = np.where(seen, power / np.maximum(count, 1), np.nan)
-    total = _mean_square(residuals)
+    """The strongest line in residuals (n each) in N; None where none stands out in most runs and matters."""
+    density = _density(residuals, rates_hz)
     best: Line | None = None
     for hz in range(int(LOWEST_HZ), density.size - FAR_HZ):
-        sides = [density[hz - FAR_HZ : hz - NEAR_HZ + 1], density[hz + NEAR_HZ : hz + FAR_HZ + 1]]
-        own = density[hz - HALF_WIDTH_HZ : hz + HALF_WIDTH_HZ + 1]
-        if not all(np.all(np.isfinite(part)) for part in (*sides, own)):
-            continue
-        around = float(np.sqrt(np.median(sides[0]) * np.median(sides[1])))
+        own, around = _beside(density, hz)
         over = float(np.sum(own - around))
         if own.mean() > STANDS_OUT * around and (best is None or over > best.mean_square_n2):
             best = Line(float(hz), over)
-    return best if best is not None and best.mean_square_n2 > LEAST_SHARE * total else None
+    if best is None or best.mean_square_n2 < LEAST_SHARE * _mean_square(residuals):
+        return None
+    each = [_density([r], [rate]) for r, rate in zip(residuals, rates_hz, strict=True)]
+    heard = [_beside(one, int(best.frequency_hz)) for one in each]
+    seen = [own.mean() > STANDS_OUT * around for own, around in heard if np.isfinite(around)]
+    return best if sum(seen) > MOST_RUNS * len(seen) else None
+
+
+def _beside(density: Array, hz: int) -> tuple[Array, float]:
+    """The density about a frequency, and its geometric mean on both sides; NaN where it is not known."""
+    below, above = density[hz - FAR_HZ : hz - NEAR_HZ + 1], density[hz + NEAR_HZ : hz + FAR_HZ + 1]
+    own = density[hz - HALF_WIDTH_HZ : hz + HALF_WIDTH_HZ + 1]
+    known = above.size == FAR_HZ - NEAR_HZ + 1 and np.all(np.isfinite([*below, *own, *above]))
+    return own, float(np.sqrt(np.median(below) * np.median(above))) if known else float("nan")
 
 
 def hums_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[list[Line], list[Array]]:
@@ -103,8 +110,8 @@ def _mean_square(parts: Sequence[Array]) -> float:
     return float(np.mean(np.concatenate(list(parts)) ** 2))
 
 
-def _pooled(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[Array, Array]:
-    """Power density in N²/Hz in bins of 1 Hz, summed over spectral lines of all runs, and their number."""
+def _density(residuals: Sequence[Array], rates_hz: Sequence[float]) -> Array:
+    """Power density in N²/Hz in bins of 1 Hz, the mean of all runs; NaN where none has any."""
     size = int(max(rates_hz) / 2.0) + 1
     power, count = np.zeros(size), np.zeros(size)
     for residual, rate in zip(residuals, rates_hz, strict=True):
@@ -112,4 +119,4 @@ def _pooled(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[Arra
         inside = at < size
         power += np.bincount(at[inside], periodogram(residual)[inside] * 2.0 / rate, size)
         count += np.bincount(at[inside], minlength=size)
-    return power, count
+    return np.where(count > 0, power / np.maximum(count, 1), np.nan)
