@@ -20,6 +20,7 @@ BLOCKED = 0.1  # of the found effect's gain: what takes less, was held back
 AS_GOOD, AS_GOOD_SHARE = 1.01, 0.98  # of the mean square left, of that taken: a smaller effect does it too
 CONTAINED = 0.99  # as SAME_DIRECTION, where one effect is a special case of the other
 SAME_REMOVED = 0.97  # of what the found effect takes off, where neither reaches the noise
+FORM_SHARE, FORM_LEFT = 0.985, 1.03  # of what is taken and left: nearer, and only an exact form would tell
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +71,8 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
             found[name] = Rival(name, "it fits this campaign as well")
         elif not cleared and _taken(other) >= SAME_REMOVED * _taken(chosen) and removed > 0.0:
             found[name] = Rival(name, "it removes as much of the error, and neither reaches the noise")
+        elif _as_near(chosen, other, level):
+            found[name] = Rival(name, "it leaves hardly more: only exact forms would tell them apart")
     own = next(one for one in level.looks if one.effect.name == chosen.effect.name)
     for look in level.looks:
         if look.effect.name in {chosen.effect.name, *found, *larger} or not look.plausible:
@@ -81,6 +84,12 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
                 look.effect.name, "in this campaign its force has the same course, whatever its size and sign"
             )
     return list(found.values())
+
+
+def _as_near(chosen: Trial, other: Trial, level: Level) -> bool:
+    """Whether two effects' forms would have to be exact for what one leaves more to mean anything."""
+    before, left, more = (p.mean_square for p in (level.before, chosen.proof, other.proof))
+    return before - more > FORM_SHARE * (before - left) and more < FORM_LEFT * left
 
 
 def _taken(trial: Trial) -> float:
