@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from mrctl.discover.smoothing import smoothed
 from mrctl.discover.spectral_floor import periodogram
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
@@ -31,8 +32,6 @@ LEAST_QUIETER = 0.02  # of the mean square, for a motion without its noise to be
 CLEAR = 4.0  # times the noise's density: there the motion is
 EDGE_WIDTH_HZ, WIENER_WIDTH_HZ = 1.0, 3.0  # over which the spectrum held against the noise's is smoothed
 MARGIN, SLOPE = 1.2, 1.3  # of the band's edge: what is kept whole, and where all has gone
-PADDED_S = 1.0
-FEWEST_FOR_BEND = 8  # samples: a parabola through fewer is hardly surer at its end than the sample there
 
 
 Spectrum = tuple[Array, Array, float]
@@ -85,31 +84,10 @@ def _shares(record: Record, spectrum: Spectrum) -> list[tuple[Array, Array]]:
 def _steadied(record: Record, passed: tuple[Array, Array]) -> Record:
     return replace(
         record,
-        velocity_m_s=_filtered(record.velocity_m_s, record.rate_hz, passed),
-        acceleration_m_s2=_filtered(record.acceleration_m_s2, record.rate_hz, passed),
+        velocity_m_s=smoothed(record.velocity_m_s, record.rate_hz, passed),
+        acceleration_m_s2=smoothed(record.acceleration_m_s2, record.rate_hz, passed),
         passed=passed,
     )
-
-
-def _filtered(x: Array, rate_hz: float, passed: tuple[Array, Array]) -> Array:
-    """A signal (n) of which a share passes, by frequency; mirrored about its ends so as not to ring."""
-    pad = min(x.size - 1, round(PADDED_S * rate_hz))
-    frequencies, share = passed
-    width = round(0.5 * rate_hz / max(float(share @ share) * frequencies[1], 1e-9))
-    first, last = _end(x[:width]), _end(x[: -width - 1 : -1])
-    ends = 2.0 * first - x[pad:0:-1], 2.0 * last - x[-2 : -pad - 2 : -1]
-    long = np.concatenate([ends[0], x, ends[1]])
-    trend = np.linspace(long[0], long[-1], long.size)
-    share = np.interp(np.fft.rfftfreq(long.size, 1.0 / rate_hz), *passed)
-    smooth = np.fft.irfft(np.fft.rfft(long - trend) * share, long.size) + trend
-    return np.asarray(smooth[pad : pad + x.size], dtype=np.float64)
-
-
-def _end(x: Array) -> float:
-    """Where a signal (n, at most half a period of what passes) begins: its first sample has all the noise."""
-    if x.size < FEWEST_FOR_BEND:
-        return float(x[0])
-    return float(np.polynomial.Polynomial.fit(np.arange(x.size), x, 2)(0.0))
 
 
 def input_noise(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | None) -> list[Array]:
