@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 from scipy.linalg import cho_factor, cho_solve
 
 Array = NDArray[np.float64]
@@ -23,7 +24,8 @@ CLEAREST = 1e5  # density of the signal over the noise's: more is not believed
 def smoothed(x: Array, rate_hz: float, passed: tuple[Array, Array]) -> Array:
     """A signal (n) of which a share passes; passed: frequencies in Hz, from 0 on, and the shares (m each)."""
     pad = min(x.size - 1, round(PADDED_S * rate_hz))
-    before, after = _beyond(x[::-1], rate_hz, passed, pad)[::-1], _beyond(x, rate_hz, passed, pad)
+    after, before = _beyond(np.stack([x, x[::-1]]), rate_hz, passed, pad)
+    before = before[::-1]
     long = np.concatenate([before, x, after])
     trend = np.linspace(long[0], long[-1], long.size)
     share = np.interp(np.fft.rfftfreq(long.size, 1.0 / rate_hz), *passed)
@@ -32,23 +34,24 @@ def smoothed(x: Array, rate_hz: float, passed: tuple[Array, Array]) -> Array:
 
 
 def _beyond(x: Array, rate_hz: float, passed: tuple[Array, Array], count: int) -> Array:
-    """What most likely comes after the last sample: `count` values."""
+    """What most likely comes after the last sample of signals (k, n) of the same spectrum: (k, count)."""
     f, share = passed
     passing = np.flatnonzero(share > PASSES)
     fastest = float(f[passing[-1]]) if passing.size else 0.0
-    step = max(1, min(int(rate_hz / (FINENESS * max(fastest, 1e-9))), x.size // 2))
+    step = max(1, min(int(rate_hz / (FINENESS * max(fastest, 1e-9))), x.shape[1] // 2))
     step -= 1 - step % 2  # odd: then a mean has its place at a sample
-    seen = min(WINDOW, x.size // step)
-    last = x[x.size - seen * step :].reshape(seen, step).mean(axis=1)
+    seen = min(WINDOW, x.shape[1] // step)
+    last = x[:, x.shape[1] - seen * step :].reshape(-1, seen, step).mean(axis=2)
+    middle = last.mean(axis=1, keepdims=True)
     clear = share / np.maximum(1.0 - share, 1.0 / CLEAREST)
     clear[0] = clear[min(1, clear.size - 1)]
     # Covariances in units of the noise's density: the signal's by its lag in samples, the noise's own.
-    size = 4 * (seen * step + count)
+    size = next_fast_len(4 * (seen * step + count), real=True)
     clearness = np.interp(np.fft.rfftfreq(size, 1.0 / rate_hz), f, clear)
     alike = np.fft.irfft(clearness, size)[: size // 2] * 0.5 * rate_hz
     at = np.arange(seen) * step
     known = alike[np.abs(at[:, None] - at[None])]
     known[np.diag_indices(seen)] += 0.5 * rate_hz / step
-    weights = cho_solve(cho_factor(known), last - last.mean())
+    weights = cho_solve(cho_factor(known), (last - middle).T)
     ahead = (seen * step + np.arange(count))[:, None] - (at + step // 2)[None]
-    return np.asarray(last.mean() + alike[ahead] @ weights, dtype=np.float64)
+    return np.asarray(middle + (alike[ahead] @ weights).T, dtype=np.float64)
