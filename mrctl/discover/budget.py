@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.noise_floor import NoiseFloor
 from mrctl.discover.robust import SCALE
-from mrctl.discover.spectral_floor import spectral_floor
+from mrctl.discover.spectral_floor import mean_square, spectral_floor
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def budget_of(
     not repeat: the true force knows nothing of it. Where neither shows it, all that is left counts as noise,
     but for what the signals predict of it.
     """
-    total = _mean_square(errors)
+    total = mean_square(errors)
     beside = np.array([float(np.mean(b * b)) for b in brought])
     sizes = np.array([e.size for e in errors])
     own = np.array([float(np.mean(e * e)) for e in errors])
@@ -80,7 +80,7 @@ def budget_of(
     certain = judged - measured if judged > (1.0 + FEW_DOUBT) * measured else 0.0
     spectral = spectral_floor(errors, rates_hz, brought)
     # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
-    usual, input_n2 = float(np.median(least)) ** 2, _mean_square(brought)
+    usual, input_n2 = float(np.median(least)) ** 2, mean_square(brought)
     red = MOST_COLOURED**2 * usual + input_n2
     most = min(red, _steady(errors, own, beside, least))
     noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
@@ -116,7 +116,3 @@ def _steady(errors: Sequence[Array], own: Array, beside: Array, least: Array) ->
     by_record = (UNSTEADY * quiet * least) ** 2 + beside
     by_sample = (OUTBURSTS * usual) ** 2 + beside
     return float(min(np.average(by_record, weights=sizes), np.average(by_sample, weights=sizes)))
-
-
-def _mean_square(parts: Sequence[Array]) -> float:
-    return float(np.mean(np.concatenate(list(parts)) ** 2))

@@ -57,9 +57,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
                 if m.explained_n2 > 0.0
             ],
             "line": None if d.balance.line is None else _stated(d.balance.line),
-            "hum": [
-                {"frequency_hz": h.frequency_hz, "rms_n": root(h.mean_square_n2)} for h in d.balance.hums
-            ],
+            "hum": [_stated(hum) for hum in d.balance.hums],
         },
         "cannot_reveal": d.hidden,
         "next_run": None if d.next_run is None else d.next_run.figures(),

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.spectral_floor import periodogram
+from mrctl.discover.spectral_floor import mean_square, periodogram
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def line_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> Line | Non
         over = float(np.sum(own - around))
         if own.mean() > STANDS_OUT * around and (best is None or over > best.mean_square_n2):
             best = Line(float(hz), over)
-    if best is None or best.mean_square_n2 < LEAST_SHARE * _mean_square(residuals):
+    if best is None or best.mean_square_n2 < LEAST_SHARE * mean_square(residuals):
         return None
     each = [_density([r], [rate]) for r, rate in zip(residuals, rates_hz, strict=True)]
     heard = [_beside(one, int(best.frequency_hz)) for one in each]
@@ -66,10 +66,8 @@ def hums_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[list
     """Lines as strong at any time in any run, strongest first, and residuals (n each) in N without them."""
     hums: list[Line] = []
     rest = list(residuals)
-    for _ in range(MOST_HUMS):
-        line = line_of(rest, rates_hz)
-        if line is None:
-            break
+    line = line_of(rest, rates_hz)
+    while line is not None and len(hums) < MOST_HUMS:
         hz = _exactly(rest, rates_hz, line.frequency_hz)
         pieces = [_without(r, rate, hz) for r, rate in zip(rest, rates_hz, strict=True)]
         amplitudes = np.concatenate([own for _, own in pieces])
@@ -78,8 +76,8 @@ def hums_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[list
         swells = still is not None and abs(still.frequency_hz - hz) <= 2 * HALF_WIDTH_HZ
         if swells or float(amplitudes.std()) > ALIKE * float(amplitudes.mean()):
             break
-        hums.append(Line(hz, _mean_square(rest) - _mean_square(less)))
-        rest = less
+        hums.append(Line(hz, mean_square(rest) - mean_square(less)))
+        rest, line = less, still
     return hums, rest
 
 
@@ -104,10 +102,6 @@ def _without(residual: Array, rate_hz: float, hz: float) -> tuple[Array, Array]:
         rest.append(part - waves @ weights)
         amplitudes.append(float(np.hypot(*weights)))
     return np.concatenate(rest), np.array(amplitudes)
-
-
-def _mean_square(parts: Sequence[Array]) -> float:
-    return float(np.mean(np.concatenate(list(parts)) ** 2))
 
 
 def _density(residuals: Sequence[Array], rates_hz: Sequence[float]) -> Array:

@@ -121,6 +121,11 @@ def _levels(bands: _Bands, colour: float) -> tuple[float, float, float]:
     return float(best.fun), float(coloured), float(white)
 
 
+def mean_square(residuals: Sequence[Array]) -> float:
+    """Of all samples together."""
+    return float(np.mean(np.concatenate(list(residuals)) ** 2))
+
+
 def periodogram(x: Array) -> Array:
     """A signal's (n) periodogram (n // 2 + 1) under a Hann window: of white noise its variance everywhere."""
     window = np.hanning(x.size)

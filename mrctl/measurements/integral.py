@@ -156,9 +156,8 @@ def _fit(values: FloatArray, time: FloatArray, frequency: float, rows: slice) ->
     stride = max(1, len(values[rows]) // 2000)
     part, when = values[rows][::stride], time[rows][::stride]
     orders = np.arange(1, _HARMONICS + 1)
-    for _ in range(
-        _ITERATIONS
-    ):  # Gauss-Newton on the frequency, which the spectrum gives to a fraction of a bin
+    # Gauss-Newton on the frequency, which the spectrum gives to a fraction of a bin.
+    for _ in range(_ITERATIONS):
         basis = np.column_stack((np.ones(len(when)), _harmonics(when, frequency)))
         weights = _least_squares(basis, part)
         residual = part - basis @ weights
