@@ -82,12 +82,9 @@ def _shares(record: Record, spectrum: Spectrum) -> list[tuple[Array, Array]]:
 
 
 def _steadied(record: Record, passed: tuple[Array, Array]) -> Record:
-    return replace(
-        record,
-        velocity_m_s=smoothed(record.velocity_m_s, record.rate_hz, passed),
-        acceleration_m_s2=smoothed(record.acceleration_m_s2, record.rate_hz, passed),
-        passed=passed,
-    )
+    motion = np.stack([record.velocity_m_s, record.acceleration_m_s2])
+    velocity, acceleration = smoothed(motion, record.rate_hz, passed)
+    return replace(record, velocity_m_s=velocity, acceleration_m_s2=acceleration, passed=passed)
 
 
 def input_noise(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | None) -> list[Array]:

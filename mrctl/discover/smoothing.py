@@ -22,15 +22,15 @@ CLEAREST = 1e5  # density of the signal over the noise's: more is not believed
 
 
 def smoothed(x: Array, rate_hz: float, passed: tuple[Array, Array]) -> Array:
-    """A signal (n) of which a share passes; passed: frequencies in Hz, from 0 on, and the shares (m each)."""
-    pad = min(x.size - 1, round(PADDED_S * rate_hz))
-    after, before = _beyond(np.stack([x, x[::-1]]), rate_hz, passed, pad)
-    before = before[::-1]
-    long = np.concatenate([before, x, after])
-    trend = np.linspace(long[0], long[-1], long.size)
-    share = np.interp(np.fft.rfftfreq(long.size, 1.0 / rate_hz), *passed)
-    smooth = np.fft.irfft(np.fft.rfft(long - trend) * share, long.size) + trend
-    return np.asarray(smooth[pad : pad + x.size], dtype=np.float64)
+    """Signals (k, n) of which a share passes; passed: frequencies in Hz from 0 on, and shares (m each)."""
+    count, size = x.shape
+    pad = min(size - 1, round(PADDED_S * rate_hz))
+    beyond = _beyond(np.concatenate([x, x[:, ::-1]]), rate_hz, passed, pad)
+    long = np.concatenate([beyond[count:, ::-1], x, beyond[:count]], axis=1)
+    trend = np.linspace(long[:, 0], long[:, -1], long.shape[1], axis=1)
+    share = np.interp(np.fft.rfftfreq(long.shape[1], 1.0 / rate_hz), *passed)
+    smooth = np.fft.irfft(np.fft.rfft(long - trend) * share, long.shape[1]) + trend
+    return np.asarray(smooth[:, pad : pad + size], dtype=np.float64)
 
 
 def _beyond(x: Array, rate_hz: float, passed: tuple[Array, Array], count: int) -> Array:

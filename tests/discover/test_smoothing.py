@@ -24,7 +24,7 @@ def test_the_ends_are_hardly_worse_than_the_middle(rate_hz, motion_hz, edge_hz, 
     ends, middle = [], []
     for phase in random.uniform(0.0, 2.0 * np.pi, 40):
         true = np.sin(2.0 * np.pi * motion_hz * t + phase)
-        error = smoothed(true + noise * random.standard_normal(t.size), rate_hz, passed) - true
+        error = smoothed((true + noise * random.standard_normal(t.size))[None], rate_hz, passed)[0] - true
         ends += [error[:5], error[-5:]]
         middle.append(error[t.size // 4 : -t.size // 4])
     assert np.std(np.concatenate(middle)) < 0.4 * noise
@@ -34,7 +34,7 @@ def test_the_ends_are_hardly_worse_than_the_middle(rate_hz, motion_hz, edge_hz, 
 def test_any_length_and_any_share_is_taken():
     random = np.random.default_rng(4)
     for size in (16, 40, 5000):
-        x = random.standard_normal(size)
+        x = random.standard_normal((2, size))
         f = np.fft.rfftfreq(size, 1e-3)
         assert np.allclose(smoothed(x, 1000.0, (f, np.ones(f.size))), x, atol=1e-6)
         none = smoothed(x, 1000.0, (f, np.zeros(f.size)))
