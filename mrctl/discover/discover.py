@@ -26,8 +26,8 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
     """Find the effects that this data bears out, add them one by one, and say what remains.
 
     An effect that this campaign cannot tell from another is not added: the next run decides. Those that
-    explain a part only are added, the best of rivals, if they help to predict runs left out, and the rest is
-    called unexplained.
+    explain a part only are added, the best of rivals, if they help to predict runs and motions left out, and
+    the rest is called unexplained.
     """
     found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what))
     part_only = found.verdict == "unexplained"
@@ -44,6 +44,7 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         lambda share, what: report(0.6 + 0.4 * share, what),
         found.evidence,
         falling=True,
+        unseen=part_only,
     )
     verdict = "none" if found.verdict == "found" else found.verdict
     if extension.refused and verdict == "none":
@@ -55,5 +56,5 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
     }[verdict]
     if extension.refused:
         names = ", ".join(extension.refused)
-        words += f" Not added, since runs that were left out are predicted worse with it: {names}."
+        words += f" Not added, since runs or motions that were left out are predicted worse with it: {names}."
     return Discovery(found, extension, verdict, words)

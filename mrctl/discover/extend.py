@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import grown_by
-from mrctl.discover.refit import Split, error_on, fitted, split, thinned
+from mrctl.discover.refit import error_on, fitted, one_more, split, thinned
+from mrctl.discover.unseen import Unseen
 from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint_fit import JointFit
 from mrctl.measurements.run import Campaign
@@ -35,7 +36,7 @@ class Extension:
     steps: tuple[tuple[tuple[str, ...], float], ...]  # effects, and the held-out error in N with them
     held_out: tuple[str, ...]
     noise_floor_n: float | None
-    refused: tuple[str, ...] = ()  # effects with which the runs left out were predicted worse
+    refused: tuple[str, ...] = ()  # effects with which runs or motions left out were predicted worse
 
     @property
     def rmse_before_n(self) -> float:
@@ -58,13 +59,16 @@ def extend(
     evidence: Evidence | None = None,
     *,
     falling: bool = False,
+    unseen: bool = False,
 ) -> Extension:
     """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
     values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it; without
-    one it is made here. falling: leave away those with which the error on the runs left out rises. Raises
-    InputError for a campaign without a usable run, ValueError where the filter found cannot be carried to the
-    loop's rates.
+    one it is made here. falling: leave away those with which the error on the runs left out rises; unseen: or
+    that on motions left out, as must be asked of effects that are only a part of the truth.
+
+    Raises InputError for a campaign without a usable run, ValueError where the filter found cannot be carried
+    to the loop's rates.
     """
     given = dict(values or {})
     measured = Evidence.of(campaign)
@@ -76,13 +80,20 @@ def extend(
     )
     steps = [(_names(known), error_on(first, parts.held_out))]
     chosen, refused = tuple(known), []
+    motions = Unseen.of(records, thinned(measured.full), known, given, free) if unseen and added else None
     for count, effect in enumerate(added, 1):
         report(count / (len(added) + 2), ", ".join(_names((*chosen, effect))))
-        more = _with(fit, parts, (*chosen, effect), given, free)
+        more = one_more(fit, parts.training, (*chosen, effect), given, free)
         error = error_on(more, parts.held_out)
         if falling and error > WORSE * steps[-1][1]:
             refused.append(effect.name)
             continue
+        if motions is not None:
+            after = motions.with_one_more((*chosen, effect), given, free)
+            if not after.foretells_better_than(motions):
+                refused.append(effect.name)
+                continue
+            motions = after
         chosen, fit = (*chosen, effect), more
         steps.append((_names(chosen), error))
     report((len(added) + 1) / (len(added) + 2), "all runs")
@@ -114,15 +125,3 @@ def _ready(evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Ve
         fit = grown_by(fit, effect, values.get(effect.name))
     evidence = evidence.steadied(fit)
     return evidence.timed(evidence.stepless(fit))
-
-
-def _with(
-    before: JointFit,
-    parts: Split,
-    chosen: Sequence[Effect],
-    values: Mapping[str, Vector],
-    free: Mapping[str, Sequence[bool]] | None,
-) -> JointFit:
-    """The fit of the training records with one more effect, the last of the chosen, begun at its value."""
-    begin = grown_by(before, chosen[-1], values.get(chosen[-1].name))
-    return fitted(parts.training, chosen, begin.effect_values, start=begin, free=free)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.folds import covered
+from mrctl.discover.grow import grown_by
 from mrctl.discover.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
@@ -98,6 +99,18 @@ def fitted(
     model.reweigh(theta)
     penalties = weighed_as(base.penalties, model.penalties())
     return model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=12)
+
+
+def one_more(
+    before: JointFit,
+    records: Sequence[Record],
+    chosen: Sequence[Effect],
+    values: Mapping[str, Vector],
+    free: Mapping[str, Sequence[bool]] | None = None,
+) -> JointFit:
+    """The fit of the records with one more effect, the last of the chosen, begun at its value."""
+    begin = grown_by(before, chosen[-1], values.get(chosen[-1].name))
+    return fitted(records, chosen, begin.effect_values, start=begin, free=free)
 
 
 def error_on(fit: JointFit, records: Sequence[Record]) -> float:

@@ -32,3 +32,35 @@ def test_an_effect_with_which_left_out_runs_are_predicted_worse_is_refused(
     assert result.refused == refused
     assert [e.name for e in result.fit.model.effects.chosen] == list(kept)
     assert result.rmse_after_n == errors[2 if len(kept) == 2 else 1]
+
+
+class _Motions:
+    """Stands for fits without a motion: with `refuses` effects and more they predict it worse."""
+
+    def __init__(self, effects=0, refuses=2):
+        self.effects, self.refuses = effects, refuses
+
+    def with_one_more(self, chosen, _values, _free):
+        return _Motions(len(chosen), self.refuses)
+
+    def foretells_better_than(self, other):
+        return self.effects > other.effects and self.effects < self.refuses
+
+
+@pytest.mark.parametrize(
+    ("unseen", "refuses", "kept", "refused"),
+    [
+        (True, 3, (FIRST, SECOND), ()),
+        (True, 2, (FIRST,), (SECOND,)),
+        (True, 1, (), (FIRST, SECOND)),
+        (False, 1, (FIRST, SECOND), ()),
+    ],
+)
+def test_a_part_of_the_truth_must_help_with_motions_left_out(monkeypatch, unseen, refuses, kept, refused):
+    monkeypatch.setattr(module, "error_on", lambda fit, _: 100.0 - len(fit.model.effects.chosen))
+    monkeypatch.setattr(module.Unseen, "of", lambda *_: _Motions(refuses=refuses))
+    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+    added = [effects()[name] for name in (FIRST, SECOND)]
+    result = extend(one_frequency({FIRST: spring}), (), added, falling=True, unseen=unseen)
+    assert result.effects == kept
+    assert result.refused == refused
