@@ -61,6 +61,7 @@ EFFECT = Effect(
     inverse=Undo.SUBTRACT,  # for Stage.FACTOR it is Undo.DIVIDE; Undo.NOT_UNDONE is always honest
     inverse_note="Its force at the measured velocity is taken off the wish.",
     needs=frozenset(),  # "displacement", "acceleration"
+    shape_over=frozenset({"velocity"}),  # there, nature's form may be another; elsewhere its size is one
 )
 '''
 

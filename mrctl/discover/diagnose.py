@@ -9,17 +9,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import settled, without
-from mrctl.discover.lines import Line, hums_of, line_of
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
 from mrctl.discover.reveal import hidden_effects, taken_up
-from mrctl.discover.rivals import Rival, rivals_of, simplest
+from mrctl.discover.rivals import simplest
 from mrctl.discover.screen import ranges_of
 from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.worth import LEAST_OF_FORCE, LEAST_SCORE, accepted, force_n2, matters
+from mrctl.discover.verdict import NAMING, Balance, Found, Judged, judged_by
+from mrctl.discover.worth import LEAST_SCORE, accepted, matters
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage
 from mrctl.model.effects.registry import effects
@@ -31,18 +32,6 @@ MOST_EFFECTS = 4
 _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
-LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
-EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
-FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
-OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """An effect that belongs into the model, and its rivals."""
-
-    trial: Trial
-    rivals: list[Rival]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +48,7 @@ class Diagnosis:
     structure: Structure
     left: Structure
     removable: float
+    changes: list[Change]  # of effects that cannot be the ones missing, since their sizes are not constant
     hidden: dict[str, str]  # effects that this campaign cannot show, and why
     next_run: NextRun | None
     evidence: Evidence
@@ -89,11 +79,13 @@ def diagnose(
     if len(found) > 1:
         stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, levels)
     evidence, final, stands = _retimed(evidence, final, stands)
-    left = structure_of(final.fit, evidence.folds)
-    balance = balance_of(evidence, final, left)
-    removable = base.mean_square - final.mean_square + balance.left
-    named = [Found(trial, rivals_of(trial, level, cleared=balance.cleared)) for trial, level in stands]
-    verdict, named_effects = _verdict(base, final, named, removable, cleared=balance.cleared)
+    judged = judged_by(evidence, base, final, stands)
+    changes, constant = _constant(evidence, judged)
+    if changes:
+        without_them = judged_by(evidence, base, *constant, judged.removable)
+        judged = without_them if without_them.verdict in NAMING else judged.unexplained()
+    final, left, balance, named = judged.final, judged.left, judged.balance, judged.found
+    verdict, named_effects, removable = judged.verdict, judged.effects, judged.removable
     colour = float(np.median(final.colour))
     hidden = {**untestable, **hidden_effects(levels[0].looks, colour)}
     hidden = taken_up(hidden, final.fit.model.layout, final.fit.tables)
@@ -110,6 +102,7 @@ def diagnose(
         structure,
         left,
         removable,
+        changes,
         {name: why for name, why in hidden.items() if name not in named_effects},
         proposal,
         evidence,
@@ -196,61 +189,21 @@ def _retimed(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Balance:
-    """Mean squares in N² at full rate: the model's, the noise's, and what of the difference is certain."""
-
-    total: float
-    noise: float
-    measured: bool  # the noise, from cycle to cycle
-    left: float
-    line: Line | None = None  # that stands out of the spectrum of what is left, and swells with the motion
-    hums: Sequence[Line] = ()  # that do not: the measurement's own
-
-    @property
-    def cleared(self) -> bool:
-        """Whether nothing but noise is left."""
-        return self.left <= 0.0
-
-
-def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
-    """What a model leaves over the noise, beyond the doubt about the noise and the form of its tables."""
-    budget = evidence.budget(final.fit)
-    structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
-    rates = [r.rate_hz / r.finer for r in evidence.full]
-    hums, errors = hums_of(evidence.steady_errors(final.fit), rates)
-    line = line_of(errors, rates)
-    shaken = 0.0 if line is None else line.mean_square_n2
-    over = max(budget.excess, structured, shaken)
-    counts = over > LEAST_OF_FORCE**2 * force_n2(final)
-    return Balance(budget.total, budget.noise, budget.measured, over if counts else 0.0, line, hums)
-
-
-def _verdict(
-    base: Proof,
-    final: Proof,
-    named: list[Found],
-    removable: float,
-    *,
-    cleared: bool,
-) -> tuple[str, tuple[str, ...]]:
-    if not named:
-        return ("none", ()) if cleared else ("unexplained", ())
-    explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
-    if (not cleared and explained < EXPLAINED) or _foreseen(base, final) < FORESEEN:
-        return "unexplained", ()
-    names = [f.trial.effect.name for f in named]
-    rivals = [r.name for f in named for r in f.rivals]
-    if rivals:
-        return "ambiguous", tuple(dict.fromkeys([*names, *rivals]))
-    return "found", tuple(names)
-
-
-def _foreseen(base: Proof, final: Proof) -> float:
-    """What the effects take off held-out data, of that and what they then miss there that the fit did not."""
-    taken = base.held_out_mean_square - final.held_out_mean_square
-    missed = max(final.held_out_mean_square - OVERHEAD * final.mean_square, 0.0)
-    return taken / (taken + missed) if taken > 0.0 else 0.0
+def _constant(
+    evidence: Evidence, judged: Judged
+) -> tuple[list[Change], tuple[Proof, list[tuple[Trial, Level]]]]:
+    """The effects named whose sizes change with conditions, and the model without them."""
+    final, stands = judged.final, judged.stands
+    changes: list[Change] = []
+    while stands and judged.verdict in NAMING:
+        chosen = [trial.effect for trial, _ in stands]
+        certain = [c for c in changes_of(final.fit, chosen) if c.certain]
+        if not certain:
+            break
+        changes.append(certain[0])
+        final = without(final, certain[0].effect, evidence.folds)
+        stands = [(trial, level) for trial, level in stands if trial.effect.name != certain[0].effect]
+    return changes, (final, stands)
 
 
 def _proposal(named: list[Found], colour: float) -> NextRun | None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof
+from mrctl.identify.joint_fit import JointFit
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,9 @@ def elsewhere(before: Proof, after: Proof, found: set[str]) -> Elsewhere | None:
     elsewhere (0 of what it takes on the whole). What has nothing to do with it takes as much there as
     anywhere (1), or more.
     """
-    parts = zip(_force_of(before, found), _residuals(before), _residuals(after), strict=True)
+    model = before.fit.model
+    made = [model.weighed(r, f) for r, f in zip(model.records, forces_of(before.fit, found), strict=True)]
+    parts = zip(made, _residuals(before), _residuals(after), strict=True)
     forces, old, new = (np.concatenate(x) for x in zip(*(_aligned(*p) for p in parts), strict=True))
     taken = old**2 - new**2
     size = np.abs(forces)
@@ -46,14 +49,14 @@ def elsewhere(before: Proof, after: Proof, found: set[str]) -> Elsewhere | None:
     )
 
 
-def _force_of(proof: Proof, names: set[str]) -> list[Array]:
-    """What these effects make of each record's force, tables and filter as they are."""
-    fit, model = proof.fit, proof.fit.model
+def forces_of(fit: JointFit, names: set[str]) -> list[Array]:
+    """What these effects make of each record's force in N, every sample, tables and filter as they are."""
+    model = fit.model
     effects, stays = model.effects.less(names)
     keep = np.concatenate([np.ones(model.layout.size, dtype=bool), stays])
     rest = model.with_effects(effects)
-    both = zip(model.records, model.predict(fit.theta), rest.predict(fit.theta[keep]), strict=True)
-    return [model.weighed(record, whole - part) for record, whole, part in both]
+    both = zip(model.predict(fit.theta), rest.predict(fit.theta[keep]), strict=True)
+    return [whole - part for whole, part in both]
 
 
 def _residuals(proof: Proof) -> list[Array]:

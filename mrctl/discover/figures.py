@@ -59,6 +59,10 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             "line": None if d.balance.line is None else _stated(d.balance.line),
             "hum": [_stated(hum) for hum in d.balance.hums],
         },
+        "not_constant": [
+            {"effect": c.effect, "signal": c.signal, "where_high": c.where_high, "error": c.error}
+            for c in d.changes
+        ],
         "cannot_reveal": d.hidden,
         "next_run": None if d.next_run is None else d.next_run.figures(),
         "seconds": d.seconds,
@@ -131,13 +135,13 @@ def verdict_words(d: Diagnosis) -> str:
     names = ", ".join(d.effects)
     if d.verdict == "none":
         return f"Nothing is missing that this campaign can show: {before:.3g} N held out.{floor}"
+    changing = "".join(f" {c.words}: it is not what is missing." for c in d.changes)
     if d.verdict == "found":
-        return (
-            f"Missing: {names}. With it the held-out error falls from {before:.3g} to {after:.3g} N.{floor}"
-        )
+        fall = f"With it the held-out error falls from {before:.3g} to {after:.3g} N."
+        return f"Missing: {names}. {fall}{changing}{floor}"
     if d.verdict == "ambiguous":
         why = "; ".join(dict.fromkeys(f"{r.name}: {r.why}" for f in d.found for r in f.rivals))
-        return f"One of {names} is missing, and this campaign cannot tell which ({why}).{floor}"
+        return f"One of {names} is missing, and this campaign cannot tell which ({why}).{changing}{floor}"
     where = ", ".join(" and ".join(m.signals) for m in d.left.maps[:2] if m.explained_n2 > 0.0)
     where = f" It shows over {where}." if where else ""
     if d.balance.line is not None:
@@ -148,7 +152,7 @@ def verdict_words(d: Diagnosis) -> str:
         helps = ", ".join(f.trial.effect.name for f in d.found)
         part = f" The nearest ({helps}) explains {explained_percent(d):.0f} % of it only."
     left = root(d.removable)
-    return f"Something is missing that no known effect explains: {left:.3g} N.{part}{where}{floor}"
+    return f"Something is missing that no known effect explains: {left:.3g} N.{part}{changing}{where}{floor}"
 
 
 def root(mean_square: float) -> float:

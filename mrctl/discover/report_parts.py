@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from mrctl.discover.conditions import VARIABLES, spectrum, worst_conditions
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.figures import explained_percent, root
-from mrctl.discover.structure import UNITS, Map
+from mrctl.discover.signals import UNITS
+from mrctl.discover.structure import Map
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign

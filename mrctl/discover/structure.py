@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.folds import labels
+from mrctl.discover.signals import UNITS, signals_of
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
 
@@ -35,10 +35,6 @@ PAIRS = (
     ("velocity", "turned"),
 )
 SINGLES = ("velocity", "stroke", "acceleration", "current", "current rate", "temperature", "time", "energy")
-UNITS = {
-    "velocity": "m/s", "stroke": "m", "acceleration": "m/s^2", "current": "A", "current rate": "A/s",
-    "temperature": "degC", "time": "s", "energy": "J", "force": "N", "force rate": "N/s", "turned": "m",
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +77,7 @@ def structure_of(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Structure:
         model.records, model.predict(theta), model.errors(theta), folds, strict=True
     ):
         factor, skip = model.factor(record), model.settle_blocks(theta, record)
-        raw = _signals(record, force)
+        raw = signals_of(record, force)
         chosen = slice(skip, None, stride)
         residuals.append(model.weighed(record, error)[chosen])
         signals.append({name: model.weighed(record, x)[chosen] for name, x in raw.items()})
@@ -102,32 +98,6 @@ def structure_of(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Structure:
     ]
     maps.sort(key=lambda m: -m.explained_n2)
     return Structure(float(np.mean(rest**2)), explained, spread, tuple(maps))
-
-
-def _signals(record: Record, force: Array) -> dict[str, Array]:
-    dt = 1.0 / record.rate_hz
-    v = record.velocity_m_s
-    sign = np.sign(v)
-    turns = np.flatnonzero(np.diff(sign) != 0) + 1
-    turned = np.cumsum(np.abs(v)) * dt
-    start = np.zeros(v.size)
-    start[turns] = np.diff(turned[np.concatenate([[0], turns])], prepend=0.0)[1:] if turns.size else 0.0
-    turned = turned - np.cumsum(start)
-    span = max(1, round(0.01 * record.rate_hz))
-    before = np.concatenate([np.full(span, record.current_a[0]), record.current_a])[: v.size]
-    return {
-        "velocity": v,
-        "stroke": record.displacement_m,
-        "acceleration": record.acceleration_m_s2,
-        "current": record.current_a,
-        "current rate": (record.current_a - before) / (span * dt),
-        "temperature": record.temperature_c,
-        "time": np.arange(v.size) * dt,
-        "energy": np.cumsum(force * v) * dt,
-        "force": force,
-        "force rate": np.gradient(force) / dt,
-        "turned": turned * sign,
-    }
 
 
 def _knots(x: Array, count: int) -> Array | None:

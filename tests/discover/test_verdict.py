@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.diagnose import FORESEEN, _foreseen
 from mrctl.discover.evidence import FEWEST_CYCLES, _shortened
 from mrctl.discover.noise_floor import NoiseFloor
+from mrctl.discover.verdict import FORESEEN, _foreseen
 from mrctl.discover.worth import accepted
 from mrctl.identify.records import Record
 

@@ -106,6 +106,15 @@ SIGNALS = frozenset({"displacement", "acceleration"})
 """What an effect may need beyond velocity, current and temperature."""
 
 
+CONDITIONS = frozenset(
+    {
+        "velocity", "stroke", "acceleration", "current", "current rate", "temperature", "time", "energy",
+        "frequency",
+    }
+)  # fmt: skip
+"""Over which a diagnosis asks whether a found effect has one size."""
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """One number of an effect. Its bounds are physics: a mass is never negative.
@@ -200,6 +209,8 @@ class Effect:
     plausible: Callable[[Vector, Ranges], bool] | None = None
     gives_way: GivesWay | None = None  # of a motion effect; without it a fit takes differences
     rank: int = 0  # order within the stage; equal ranks go by name
+    # Conditions over which nature's form may be another, and the effect still this one (CONDITIONS).
+    shape_over: frozenset[str] = frozenset()
 
     @property
     def neutral(self) -> Vector:
@@ -263,6 +274,8 @@ def faults(effect: Effect) -> list[str]:
     for parameter in effect.parameters:
         found += _parameter_faults(parameter)
     found += [f"needs {signal}: not one of {sorted(SIGNALS)}" for signal in sorted(effect.needs - SIGNALS)]
+    unknown = sorted(effect.shape_over - CONDITIONS)
+    found += [f"shape_over {condition}: not one of {sorted(CONDITIONS)}" for condition in unknown]
     expected = ARGUMENTS[effect.stage]
     found += _signature_faults("step", effect.step, expected)
     if effect.start is not None:

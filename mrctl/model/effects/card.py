@@ -18,6 +18,7 @@ def card(effect: Effect) -> dict[str, Any]:
         "source": effect.source,
         "parameters": [asdict(p) | {"scale": p.step_scale} for p in effect.parameters],
         "needs": sorted(effect.needs),
+        "shape_over": sorted(effect.shape_over),
         "states": list(effect.states),
         "inverse": str(effect.inverse),
         "inverse_note": effect.inverse_note,

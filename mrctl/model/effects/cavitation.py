@@ -85,6 +85,7 @@ EFFECT = Effect(
         ),
     ),
     step=step,
+    shape_over=frozenset({"stroke", "velocity"}),
     inverse=Undo.NOT_UNDONE,
     inverse_note="No current lifts the limit: wishes beyond it fall short by what exceeds it.",
     guesses=_guesses,

@@ -86,6 +86,7 @@ EFFECT = Effect(
         ),
     ),
     step=step,
+    shape_over=frozenset({"velocity"}),
     inverse=Undo.SUBTRACT,
     inverse_note="Its force, the presliding state followed from the velocity, is taken off the wish.",
     start=start,

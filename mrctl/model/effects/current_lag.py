@@ -58,6 +58,7 @@ EFFECT = Effect(
         Parameter("fall_time_s", "s", 0.0, 0.0, 0.2, 0.010, "time constant while the current falls"),
     ),
     step=step,
+    shape_over=frozenset({"current", "current rate"}),
     inverse=Undo.LEAD,
     inverse_note=(
         "The coil's current is followed in the model and the command overshoots it by up to "

@@ -96,6 +96,7 @@ EFFECT = Effect(
     step=step,
     start=start,
     states=("force, N",),
+    shape_over=frozenset({"stroke", "velocity"}),
     inverse=Undo.SUBTRACT,
     inverse_note="Its force at the measured displacement is taken off the wish.",
     needs=frozenset({"displacement"}),

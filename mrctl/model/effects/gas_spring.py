@@ -68,6 +68,7 @@ EFFECT = Effect(
         ),
     ),
     step=step,
+    shape_over=frozenset({"stroke"}),
     inverse=Undo.SUBTRACT,
     inverse_note="Its force at the measured displacement is taken off the wish.",
     needs=frozenset({"displacement"}),

@@ -115,6 +115,7 @@ EFFECT = Effect(
         ),
     ),
     step=step,
+    shape_over=frozenset({"current", "current rate"}),
     inverse=Undo.LEAD,
     inverse_note=(
         "The loop is followed in the model; the command crosses it when the wish turns round, at once where "

@@ -57,6 +57,7 @@ EFFECT = Effect(
         Parameter("fade_current_a", "A", 0.4, 0.02, 1.0, 0.4, "current from which g is as when on", 0.1),
     ),
     step=step,
+    shape_over=frozenset({"current"}),
     inverse=Undo.DIVIDE,
     inverse_note="The wish is divided by the factor, repeated until current and factor agree.",
 )

@@ -192,6 +192,7 @@ EFFECT = Effect(
         ),
     ),
     step=step,
+    shape_over=frozenset({"stroke", "velocity"}),
     inverse=Undo.DIVIDE,
     inverse_note=(
         "The elastic shapes are followed in the model, and the current is sought for the force over their "

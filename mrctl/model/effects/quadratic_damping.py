@@ -62,6 +62,7 @@ EFFECT = Effect(
     step=step,
     start=start,
     states=("force, N",),
+    shape_over=frozenset({"temperature", "velocity"}),
     inverse=Undo.SUBTRACT,
     inverse_note="Its force at the measured velocity is taken off the wish.",
     guesses=_guesses,

@@ -72,6 +72,7 @@ EFFECT = Effect(
         ),
     ),
     step=step,
+    shape_over=frozenset({"current"}),
     inverse=Undo.DIVIDE,
     inverse_note="The wish is divided by the factor, repeated until current and factor agree.",
 )

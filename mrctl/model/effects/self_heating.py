@@ -74,6 +74,7 @@ EFFECT = Effect(
         Parameter("rise_at_start_k", "K", 0.0, -20.0, 100.0, 0.0, "fluid above case when a run begins", 5.0),
     ),
     step=step,
+    shape_over=frozenset({"energy", "temperature", "time"}),
     inverse=Undo.OBSERVE,
     inverse_note="The fluid's temperature is followed with the currents commanded; h is taken there.",
     start=start,

@@ -65,6 +65,7 @@ EFFECT = Effect(
         ),
     ),
     step=step,
+    shape_over=frozenset({"stroke"}),
     inverse=Undo.DIVIDE,
     inverse_note="The wish is divided by the factor at the measured displacement.",
     needs=frozenset({"displacement"}),

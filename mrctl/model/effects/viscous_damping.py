@@ -76,6 +76,7 @@ EFFECT = Effect(
     start=start,
     states=("force, N",),
     guesses=_guesses,
+    shape_over=frozenset({"temperature", "velocity"}),
     inverse=Undo.SUBTRACT,
     inverse_note="Its force at the measured velocity and temperature is taken off the wish.",
 )

@@ -1,0 +1,123 @@
+"""The verdict on a search: what its model leaves over the noise, and whether its effects explain it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.lines import Line, hums_of, line_of
+from mrctl.discover.proof import Proof
+from mrctl.discover.rivals import Rival, rivals_of
+from mrctl.discover.search import Level, Trial
+from mrctl.discover.structure import Structure, structure_of
+from mrctl.discover.worth import LEAST_OF_FORCE, force_n2
+
+LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
+EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
+FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
+OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
+NAMING = ("found", "ambiguous")  # verdicts that name effects
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """An effect that belongs into the model, and its rivals."""
+
+    trial: Trial
+    rivals: list[Rival]
+
+
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """Mean squares in N² at full rate: the model's, the noise's, and what of the difference is certain."""
+
+    total: float
+    noise: float
+    measured: bool  # the noise, from cycle to cycle
+    left: float
+    line: Line | None = None  # that stands out of the spectrum of what is left, and swells with the motion
+    hums: Sequence[Line] = ()  # that do not: the measurement's own
+
+    @property
+    def cleared(self) -> bool:
+        """Whether nothing but noise is left."""
+        return self.left <= 0.0
+
+
+def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
+    """What a model leaves over the noise, beyond the doubt about the noise and the form of its tables."""
+    budget = evidence.budget(final.fit)
+    structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
+    rates = [r.rate_hz / r.finer for r in evidence.full]
+    hums, errors = hums_of(evidence.steady_errors(final.fit), rates)
+    line = line_of(errors, rates)
+    shaken = 0.0 if line is None else line.mean_square_n2
+    over = max(budget.excess, structured, shaken)
+    counts = over > LEAST_OF_FORCE**2 * force_n2(final)
+    return Balance(budget.total, budget.noise, budget.measured, over if counts else 0.0, line, hums)
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A model, the effects in it with the rounds that they stand in, and the verdict on it."""
+
+    final: Proof
+    stands: list[tuple[Trial, Level]]
+    left: Structure
+    balance: Balance
+    found: list[Found]
+    removable: float
+    verdict: str
+    effects: tuple[str, ...]
+
+    def unexplained(self) -> Judged:
+        """The same model, of which no effect can be named."""
+        return replace(self, verdict="unexplained", effects=())
+
+
+def judged_by(
+    evidence: Evidence,
+    base: Proof,
+    final: Proof,
+    stands: list[tuple[Trial, Level]],
+    known_n2: float = 0.0,
+) -> Judged:
+    """The verdict on a model beside the base it grew from.
+
+    known_n2: the mean square that can be removed at least, if another model has shown so.
+    """
+    left = structure_of(final.fit, evidence.folds)
+    balance = balance_of(evidence, final, left)
+    removable = max(known_n2, base.mean_square - final.mean_square + balance.left)
+    found = [Found(trial, rivals_of(trial, level, cleared=balance.cleared)) for trial, level in stands]
+    cleared = balance.cleared and not known_n2
+    verdict, effects = _verdict(base, final, found, removable, cleared=cleared)
+    return Judged(final, stands, left, balance, found, removable, verdict, effects)
+
+
+def _verdict(
+    base: Proof,
+    final: Proof,
+    named: list[Found],
+    removable: float,
+    *,
+    cleared: bool,
+) -> tuple[str, tuple[str, ...]]:
+    if not named:
+        return ("none", ()) if cleared else ("unexplained", ())
+    explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
+    if (not cleared and explained < EXPLAINED) or _foreseen(base, final) < FORESEEN:
+        return "unexplained", ()
+    names = [f.trial.effect.name for f in named]
+    rivals = [r.name for f in named for r in f.rivals]
+    if rivals:
+        return "ambiguous", tuple(dict.fromkeys([*names, *rivals]))
+    return "found", tuple(names)
+
+
+def _foreseen(base: Proof, final: Proof) -> float:
+    """What the effects take off held-out data, of that and what they then miss there that the fit did not."""
+    taken = base.held_out_mean_square - final.held_out_mean_square
+    missed = max(final.held_out_mean_square - OVERHEAD * final.mean_square, 0.0)
+    return taken / (taken + missed) if taken > 0.0 else 0.0
