@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof, prove
-from mrctl.discover.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced, with_plain_lag
+from mrctl.discover.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced, with_lag_of_two, with_plain_lag
 from mrctl.discover.screen import Look, Screen, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
@@ -27,6 +27,7 @@ _WINDING = (Stage.MOTION, Stage.TEMPERATURE)  # whose first look says little abo
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
 WORTH_FREEING = 10.0  # as WORTH_MOVING, for a parameter that the base had taken up
 ITERATIONS = 20
+LAGS_S = 5e-3  # of two lags together, from which a filter finds where it belongs
 QUIETER = 0.5  # of the mean square that a model was weighed by
 
 
@@ -123,10 +124,14 @@ def settled(proof: Proof, folds: Folds) -> Proof:
     """The fit of a model that was found, at the noise that it leaves and with all that its effects can move.
 
     Tables are as smooth as the noise demands: those smoothed for the error of a model without the effect
-    leave an error of their own. And what that model took up of an effect, this one may not.
+    leave an error of their own. What that model took up of an effect, this one may not. And where its filter
+    went to make up for the effect, no small step may lead back from: so two plain lags are tried too.
     """
     fit = proof.fit
     model, free = fit.model, moving(fit)
+    lagging = _quick(model, with_lag_of_two(model, fit.theta, LAGS_S), fit.penalties, free)
+    moved = lagging.total < fit.total - WORTH_MOVING
+    fit = lagging if moved else fit
     quiet = proof.mean_square < QUIETER * float(np.mean(model.noise_n**2))
     if quiet:
         model = model.with_effects(model.effects)
@@ -139,7 +144,7 @@ def settled(proof: Proof, folds: Folds) -> Proof:
         wider = _quick(model, fit.theta, fit.penalties, model.free())
         if wider.total < fit.total - WORTH_FREEING * held:
             return prove(wider, folds)
-    return prove(fit, folds) if quiet else proof
+    return prove(fit, folds) if quiet or moved else proof
 
 
 def _quick(

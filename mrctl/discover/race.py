@@ -42,6 +42,17 @@ def raced(
     return min(fit, other, key=lambda one: one.total)
 
 
+def with_lag_of_two(model: JointModel, theta: Array, delay_s: float) -> Array:
+    """The same vector with two equal lags for its filter, together of that delay.
+
+    A plain lag and a sensor's delay are nearly two lags; from the one no small step leads to the other.
+    """
+    lagging = theta.copy()
+    if model.layout.order == ORDER:
+        lagging[model.layout.parts["filter"]] = hysteresis.lag_of_two(delay_s)
+    return lagging
+
+
 def with_plain_lag(model: JointModel, theta: Array) -> Array:
     """The same vector with a plain lag for its filter.
 

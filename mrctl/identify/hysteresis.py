@@ -40,6 +40,12 @@ def lag(hz: float) -> Array:
     )
 
 
+def lag_of_two(delay_s: float) -> Array:
+    """Parameters of a third-order filter that is little more than two equal lags of that delay together."""
+    pole, pair = 2.0 / (delay_s * UNIT_RAD_S), LAG_PAIR_RAD_S / UNIT_RAD_S
+    return np.array([np.log(pair), np.log(2.0 * pole), 2.0 * np.log(pole), 0.02, 0.02, 0.02])
+
+
 def denominator(log_d: Array) -> Array:
     """Polynomial in s (falling powers) with the factors that the logarithms name."""
     order = log_d.size
