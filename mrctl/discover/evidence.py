@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from mrctl.discover.budget import Budget, budget_of
 from mrctl.discover.folds import folds_of
-from mrctl.discover.grow import Folds
+from mrctl.discover.grow import LAGS_S, Folds
 from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
-from mrctl.discover.race import TOLERANCE, with_plain_lag
+from mrctl.discover.race import TOLERANCE, with_lag_of_two, with_plain_lag
 from mrctl.discover.step_times import timed, trusted, without_steps
 from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.errors import InputError
@@ -175,10 +175,12 @@ class Evidence:
         model.reweigh(theta)
         penalties = weighed_as(fit.penalties, model.penalties())
         fit = model.fit(theta, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
-        if start is not None:  # the fit that all rests on: in no worse valley than a plain lag leads to
-            plain = with_plain_lag(model, fit.theta)
-            other = model.fit(plain, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
-            fit = min(fit, other, key=lambda one: one.total)
+        if start is not None:  # the fit that all rests on: in no worse valley than plain lags lead to
+            lags = with_plain_lag(model, fit.theta), with_lag_of_two(model, fit.theta, LAGS_S)
+            others = [
+                model.fit(one, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5) for one in lags
+            ]
+            fit = min(fit, *others, key=lambda one: one.total)
         return prove(fit, self.folds)
 
     def budget(self, fit: JointFit) -> Budget:
