@@ -192,11 +192,15 @@ def _retimed(
 def _constant(
     evidence: Evidence, judged: Judged
 ) -> tuple[list[Change], tuple[Proof, list[tuple[Trial, Level]]]]:
-    """The effects named whose sizes change with conditions, and the model without them."""
+    """The effects named whose sizes change with conditions, and the model without them.
+
+    One that has rivals is not asked: it may be any of them, and the next run decides.
+    """
     final, stands = judged.final, judged.stands
+    sure = {f.trial.effect.name for f in judged.found if not f.rivals}
     changes: list[Change] = []
     while stands and judged.verdict in NAMING:
-        chosen = [trial.effect for trial, _ in stands]
+        chosen = [trial.effect for trial, _ in stands if trial.effect.name in sure]
         certain = [c for c in changes_of(final.fit, chosen) if c.certain]
         if not certain:
             break

@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
-from hidden import rich
+from hidden import one_frequency, rich
 
+from mrctl.discover import diagnose as module
 from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
@@ -58,6 +59,16 @@ def test_what_would_have_to_change_is_not_named_and_the_verdict_says_so():
     assert "gas_spring" not in result.effects
     (change,) = [c for c in result.changes if c.effect == "gas_spring"]
     assert f"{change.words}: it is not what is missing." in verdict_words(result)
+
+
+def test_what_has_rivals_stays_for_the_next_run_to_decide(monkeypatch):
+    monkeypatch.setattr(
+        module, "changes_of", lambda _, chosen: [Change(e.name, "current", 1.5, 0.01) for e in chosen]
+    )
+    result = diagnose(one_frequency({"gas_spring": SPRING}))
+    assert result.verdict == "ambiguous"
+    assert "gas_spring" in result.effects
+    assert not result.changes
 
 
 def test_a_change_in_words():
