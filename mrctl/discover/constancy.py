@@ -72,7 +72,7 @@ def changes_of(fit: JointFit, chosen: Sequence[Effect]) -> list[Change]:
 
 
 def _surely(change: Change) -> float:
-    return abs(change.where_high - 1.0) / change.error
+    return abs(change.where_high - 1.0) / max(change.error, 1e-12)  # of data without noise
 
 
 def _of_one(tangent: Tangent, effect: Effect, signals: Sequence[tuple[str, Array]]) -> Iterator[Change]:
