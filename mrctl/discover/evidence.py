@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.budget import Budget, budget_of
 from mrctl.discover.folds import folds_of
-from mrctl.discover.grow import LAGS_S, Folds
+from mrctl.discover.grow import Folds
 from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
@@ -176,7 +176,7 @@ class Evidence:
         penalties = weighed_as(fit.penalties, model.penalties())
         fit = model.fit(theta, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
         if start is not None:  # the fit that all rests on: in no worse valley than plain lags lead to
-            lags = with_plain_lag(model, fit.theta), with_lag_of_two(model, fit.theta, LAGS_S)
+            lags = with_plain_lag(model, fit.theta), with_lag_of_two(model, fit.theta)
             others = [
                 model.fit(one, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5) for one in lags
             ]

@@ -27,7 +27,6 @@ _WINDING = (Stage.MOTION, Stage.TEMPERATURE)  # whose first look says little abo
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
 WORTH_FREEING = 10.0  # as WORTH_MOVING, for a parameter that the base had taken up
 ITERATIONS = 20
-LAGS_S = 5e-3  # of two lags together, from which a filter finds where it belongs
 QUIETER = 0.5  # of the mean square that a model was weighed by
 
 
@@ -129,7 +128,7 @@ def settled(proof: Proof, folds: Folds) -> Proof:
     """
     fit = proof.fit
     model, free = fit.model, moving(fit)
-    lagging = _quick(model, with_lag_of_two(model, fit.theta, LAGS_S), fit.penalties, free)
+    lagging = _quick(model, with_lag_of_two(model, fit.theta), fit.penalties, free)
     moved = lagging.total < fit.total - WORTH_MOVING
     fit = lagging if moved else fit
     quiet = proof.mean_square < QUIETER * float(np.mean(model.noise_n**2))

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.grow import DEAR_TOGETHER, LAGS_S, Folds, again, grown
+from mrctl.discover.grow import DEAR_TOGETHER, Folds, again, grown
 from mrctl.discover.proof import Proof, chance, log_gain, prove
 from mrctl.discover.race import with_lag_of_two
 from mrctl.discover.robust import second_opinions
@@ -135,8 +135,7 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
     there = best.fit.theta[:size]
     before = again(before, there, folds)
     if best.effect.stage is Stage.OUTPUT:
-        # A delay and a lag are nearly two lags.
-        before = again(before, with_lag_of_two(before.fit.model, there, LAGS_S), folds)
+        before = again(before, with_lag_of_two(before.fit.model, there), folds)
     close = [
         t
         for t in trials
