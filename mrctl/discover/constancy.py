@@ -41,16 +41,21 @@ class Change:
     error: float  # standard error
 
     @property
+    def size(self) -> float:
+        """How far from one size, up or down."""
+        return abs(self.where_high - 1.0)
+
+    @property
     def certain(self) -> bool:
         """Whether it is too large for one effect, and no chance."""
-        return abs(self.where_high - 1.0) > max(CHANGES, SURE * self.error)
+        return self.size > max(CHANGES, SURE * self.error)
 
     @property
     def words(self) -> str:
         """What the effect would have to be."""
         high, low = self.where_high, 2.0 - self.where_high
         where, ratio = ("high", high / max(low, 1e-9)) if high > low else ("low", low / max(high, 1e-9))
-        times = f"{ratio:.1f} times as large" if 0.0 < ratio < 10.0 else "there only"
+        times = f"{ratio:.1f} times as large" if ratio < 10.0 else "there only"
         return f"{self.effect} would have to be {times} where the {self.signal} is {where}"
 
 
@@ -62,17 +67,9 @@ def changes_of(fit: JointFit, chosen: Sequence[Effect]) -> list[Change]:
     """
     tangent = Tangent.of(fit)
     signals = _signals(tangent)
-    changes = [
-        change
-        for effect in chosen
-        for change in _of_one(tangent, effect, signals)
-        if change.signal not in effect.shape_over
-    ]
-    return sorted(changes, key=lambda c: -min(abs(c.where_high - 1.0) / CHANGES, 1.0) * _surely(c))
-
-
-def _surely(change: Change) -> float:
-    return abs(change.where_high - 1.0) / max(change.error, 1e-12)  # of data without noise
+    changes = [change for effect in chosen for change in _of_one(tangent, effect, signals)]
+    # The error is 0 of data without noise.
+    return sorted(changes, key=lambda c: -min(c.size / CHANGES, 1.0) * c.size / max(c.error, 1e-12))
 
 
 def _of_one(tangent: Tangent, effect: Effect, signals: Sequence[tuple[str, Array]]) -> Iterator[Change]:
@@ -82,6 +79,8 @@ def _of_one(tangent: Tangent, effect: Effect, signals: Sequence[tuple[str, Array
     if whole <= 0.0:
         return
     for name, signal in signals:
+        if name in effect.shape_over:
+            continue
         order = np.argsort(signal, kind="stable")
         half = order[int(np.searchsorted(np.cumsum(square[order]), 0.5 * whole)) :]
         change = -force

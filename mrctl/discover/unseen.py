@@ -46,8 +46,9 @@ class Unseen:
         parts = motion_parts(measured)
         if parts is None:
             return None
-        training = [[r for r, p in zip(records, parts, strict=True) if p != k] for k in sorted(set(parts))]
-        left_out = [[r for r, p in zip(measured, parts, strict=True) if p == k] for k in sorted(set(parts))]
+        every = sorted(set(parts))
+        training = [[r for r, p in zip(records, parts, strict=True) if p != k] for k in every]
+        left_out = [[r for r, p in zip(measured, parts, strict=True) if p == k] for k in every]
         own = {e.name: values.get(e.name, e.typical) for e in known}
         fits = in_parallel(lambda part: fitted(part, known, own, free=free), training)
         return cls(training, left_out, fits)

@@ -5,10 +5,11 @@ from dataclasses import replace
 from hidden import one_frequency, rich
 
 from mrctl.discover import diagnose as module
-from mrctl.discover.constancy import Change, changes_of
+from mrctl.discover.constancy import BY_RUN, LEVELS, SIZES, Change, changes_of
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.figures import verdict_words
+from mrctl.model.effects.base import CONDITIONS
 from mrctl.model.effects.registry import effects
 
 SPRING = {"preload_n": 0.0, "stiffness_n_m": 4000.0, "progression_per_m": 0.0}
@@ -69,6 +70,10 @@ def test_what_has_rivals_stays_for_the_next_run_to_decide(monkeypatch):
     assert result.verdict == "ambiguous"
     assert "gas_spring" in result.effects
     assert not result.changes
+
+
+def test_effects_can_name_every_condition_that_is_asked():
+    assert {*SIZES, *LEVELS, *BY_RUN} == CONDITIONS
 
 
 def test_a_change_in_words():
