@@ -51,11 +51,8 @@ def elsewhere(before: Proof, after: Proof, found: set[str]) -> Elsewhere | None:
 
 def forces_of(fit: JointFit, names: set[str]) -> list[Array]:
     """What these effects make of each record's force in N, every sample, tables and filter as they are."""
-    model = fit.model
-    effects, stays = model.effects.less(names)
-    keep = np.concatenate([np.ones(model.layout.size, dtype=bool), stays])
-    rest = model.with_effects(effects)
-    both = zip(model.predict(fit.theta), rest.predict(fit.theta[keep]), strict=True)
+    rest = fit.less(names)
+    both = zip(fit.model.predict(fit.theta), rest.model.predict(rest.theta), strict=True)
     return [whole - part for whole, part in both]
 
 

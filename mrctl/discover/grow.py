@@ -111,12 +111,8 @@ def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> Joi
 
 def without(proof: Proof, name: str, folds: Folds) -> Proof:
     """The same model less one effect, fitted anew from where it stands."""
-    fit = proof.fit
-    effects, stays = fit.model.effects.less({name})
-    keep = np.concatenate([np.ones(fit.model.layout.size, dtype=bool), stays])
-    model = fit.model.with_effects(effects)
-    penalties = weighed_as(fit.penalties, model.penalties())
-    return prove(_quick(model, fit.theta[keep], penalties, moving(fit)[keep]), folds)
+    bare = proof.fit.less({name})
+    return prove(_quick(bare.model, bare.theta, bare.penalties, moving(bare)), folds)
 
 
 def settled(proof: Proof, folds: Folds) -> Proof:

@@ -25,6 +25,7 @@ from mrctl.model.effects.base import Effect
 Array = NDArray[np.float64]
 
 SECONDS, RATE_HZ, RAMP_S = 4.0, 500.0, 0.5
+CYCLES = 4.0  # at least: of fewer, a displacement derived from the velocity is not to be trusted
 FREQUENCIES_HZ = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 STROKE_SHARES = (1.0, 0.5, 0.2)
 CLEAR = 5.0  # standard deviations that count as clear
@@ -75,7 +76,7 @@ def propose(fit: JointFit, chosen: Effect, rivals: Sequence[Effect], colour: flo
                 hz,
                 current,
                 float(record.temperature_c[0]),
-                SECONDS,
+                len(record) / record.rate_hz,
                 float(min(scores)),
                 names,
                 f"{' and '.join(names)} would differ by {min(scores):.0f} standard deviations, "
@@ -156,22 +157,17 @@ def _proposals(model: JointModel) -> list[tuple[float, float, str, Record]]:
     top = max(float(np.abs(r.velocity_m_s).max()) for r in records)
     high = max(float(r.current_a.max()) for r in records)
     warm = float(np.median([r.temperature_c.mean() for r in records]))
-    t = np.arange(int(SECONDS * RATE_HZ)) / RATE_HZ
-    steps = np.where((t % 1.0) < 0.5, high, 0.0)
-    profiles = {f"{high:.3g} A": np.full(t.size, high), "0 A": np.zeros(t.size)}
-    if high > 0.0:
-        profiles[f"steps between 0 and {high:.3g} A, twice a second"] = steps
-        profiles[f"rising from 0 to {high:.3g} A and back"] = high * (1.0 - np.abs(2.0 * t / t[-1] - 1.0))
     made = []
     for hz, share in product(FREQUENCIES_HZ, STROKE_SHARES):
         amplitude = min(share * stroke, top / (2.0 * np.pi * hz))
         if amplitude < 0.02 * stroke or (share < 1.0 and amplitude < share * stroke):
             continue
+        t = np.arange(int(max(SECONDS, CYCLES / hz) * RATE_HZ)) / RATE_HZ
         phase = 2.0 * np.pi * hz * t
         ramp = np.clip(t / RAMP_S, 0.0, 1.0)
         x = amplitude * ramp * np.sin(phase)
         v = np.gradient(x, 1.0 / RATE_HZ)
-        for words, current in profiles.items():
+        for words, current in _profiles(high, t).items():
             made.append(
                 (
                     amplitude,
@@ -193,3 +189,14 @@ def _proposals(model: JointModel) -> list[tuple[float, float, str, Record]]:
                 )
             )
     return made
+
+
+def _profiles(high_a: float, t: Array) -> dict[str, Array]:
+    """Courses of the current over the times of a run, in words and in A."""
+    profiles = {f"{high_a:.3g} A": np.full(t.size, high_a), "0 A": np.zeros(t.size)}
+    if high_a > 0.0:
+        steps = np.where((t % 1.0) < 0.5, high_a, 0.0)
+        profiles[f"steps between 0 and {high_a:.3g} A, twice a second"] = steps
+        rising = high_a * (1.0 - np.abs(2.0 * t / t[-1] - 1.0))
+        profiles[f"rising from 0 to {high_a:.3g} A and back"] = rising
+    return profiles

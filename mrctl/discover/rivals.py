@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.screen import Look
+from mrctl.discover.screen import Look, Screen
 from mrctl.discover.search import Level, Trial
+from mrctl.discover.tangent import Tangent
 
 Array = NDArray[np.float64]
 
@@ -74,16 +75,30 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
         elif _as_near(chosen, other, level):
             found[name] = Rival(name, "it leaves hardly more: only exact forms would tell them apart")
     own = next(one for one in level.looks if one.effect.name == chosen.effect.name)
+    alike = []
     for look in level.looks:
         if look.effect.name in {chosen.effect.name, *found, *larger} or not look.plausible:
             continue
         fits = next((t.gain for t in level.trials if t.effect.name == look.effect.name), 0.0)
         blocked = fits < BLOCKED * chosen.gain  # by its bounds: as itself it was not seen to fit worse
         if blocked and same_direction(own, look) >= SAME_DIRECTION:
-            found[look.effect.name] = Rival(
-                look.effect.name, "in this campaign its force has the same course, whatever its size and sign"
-            )
-    return list(found.values())
+            alike.append(look)
+    why = "in this campaign its force has the same course, whatever its size and sign"
+    return [*found.values(), *(Rival(name, why) for name in _still_alike(chosen, alike))]
+
+
+def _still_alike(chosen: Trial, alike: Sequence[Look]) -> list[str]:
+    """Which of these have its force's course beside the model that was found too.
+
+    A base that went to make up for a large effect moves along other slopes than one that has the effect
+    beside it: what tells two motions apart looks absorbed there.
+    """
+    if not alike:
+        return []
+    screen = Screen(Tangent.of(chosen.fit.less({chosen.effect.name})))
+    own = screen.at(chosen.effect, chosen.fit.effect_values[chosen.effect.name])
+    others = [screen.at(look.effect, look.values) for look in alike]
+    return [other.effect.name for other in others if same_direction(own, other) >= SAME_DIRECTION]
 
 
 def _as_near(chosen: Trial, other: Trial, level: Level) -> bool:

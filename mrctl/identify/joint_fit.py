@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Container
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from mrctl.identify.layout import Tables
 from mrctl.identify.noise import coloured_gram
-from mrctl.identify.penalties import Penalty
+from mrctl.identify.penalties import Penalty, weighed_as
 from mrctl.identify.solver import Normal, Solution, covariance
 from mrctl.model.effects.base import Vector
 
@@ -50,6 +51,17 @@ class JointFit:
     def effect_values(self) -> dict[str, Vector]:
         """Each effect's parameters in SI units."""
         return self.model.effect_values(self.theta)
+
+    def less(self, names: Container[str]) -> JointFit:
+        """The model without effects of these names, all else where it stands: nothing is fitted anew."""
+        effects, stays = self.model.effects.less(names)
+        keep = np.concatenate([np.ones(self.model.layout.size, dtype=bool), stays])
+        model, old = self.model.with_effects(effects), self.solution
+        normal = replace(
+            old.normal, matrix=old.normal.matrix[np.ix_(keep, keep)], right=old.normal.right[keep]
+        )
+        solution = replace(old, theta=old.theta[keep], normal=normal, held=old.held[keep])
+        return JointFit(model, solution, weighed_as(self.penalties, model.penalties()))
 
     def covariance(self) -> Array:
         """Covariance of the vector under coloured noise; 0 for what was held.

@@ -10,6 +10,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 import battery
+import follow
 import generate
 import score
 
@@ -24,3 +25,16 @@ def test_a_hidden_effect_is_named_and_nothing_is_named_where_there_is_none(tmp_p
     name, hidden = generate.make_case(SEED, family, number, tmp_path)
     _, answer = battery.diagnosed(tmp_path / name)
     assert score.judge(hidden, answer) == "exact", (hidden["effects"], answer)
+
+
+@pytest.mark.slow
+def test_the_run_that_an_ambiguous_answer_proposes_resolves_it(tmp_path):
+    """A mass at one frequency: the base goes so far to make up for it that beside that base a spring seems to
+    have its course even with a run at another frequency."""
+    key = (282, "D", 9)
+    name, hidden = generate.make_case(*key, tmp_path)
+    _, answer = battery.diagnosed(tmp_path / name, key, rounds=1)
+    assert answer["verdict"] == "ambiguous"
+    assert set(answer["effects"]) >= set(hidden["effects"])
+    (after,) = answer["followed"]
+    assert follow.right(hidden, after), after

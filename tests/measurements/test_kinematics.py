@@ -121,6 +121,14 @@ def test_a_single_stroke_is_not_mistaken_for_drift():
     assert abs(result.values[-1] - 0.02) < 1e-5
 
 
+@pytest.mark.parametrize("cycles", [1.0, 1.5, 2.0])
+def test_one_slow_cycle_or_two_are_not_mistaken_for_drift(cycles):
+    t = np.arange(0.0, 4.0 * cycles, 0.002)
+    x = 0.013 * np.clip(2.0 * t, 0.0, 1.0) * np.sin(2.0 * np.pi * 0.25 * t)
+    result = integrate(np.gradient(x, 0.002), 0.002)
+    assert np.ptp(result.values) == pytest.approx(np.ptp(x), rel=0.01)
+
+
 def test_the_integral_is_exact_for_cubics():
     t = np.arange(50) * 0.1
     assert np.allclose(cumulative_integral(4 * t**3 - 2 * t, 0.1), t**4 - t**2, atol=1e-9)
