@@ -27,6 +27,7 @@ _WINDING = (Stage.MOTION, Stage.TEMPERATURE)  # whose first look says little abo
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
 WORTH_FREEING = 10.0  # as WORTH_MOVING, for a parameter that the base had taken up
 ITERATIONS = 20
+WARMER = (1.0, 2.5)  # times the fluid's rise that was found
 QUIETER = 0.5  # of the mean square that a model was weighed by
 
 
@@ -94,6 +95,30 @@ def _without_temperature(fit: JointFit) -> Array:
     return theta
 
 
+def warmer(fit: JointFit) -> list[Array]:
+    """For each effect on the temperature the vector with h straight and the fluid as warm, and warmer.
+
+    A fluid too little warmed bends h to and fro between its knots to make up for it, and stays so.
+    """
+    layout, found = fit.model.layout, []
+    rise = layout.temperature_c[layout.free_h] - layout.temperature_c[layout.reference]
+    straight = fit.theta.copy()
+    for name in ("h_on", "h_off"):
+        h = straight[layout.parts[name]]
+        if h.size:  # off is as on where only one of them was measured
+            h[:] = rise * float(rise @ h) / float(rise @ rise)
+    at = layout.size
+    for effect in fit.model.effects.chosen:
+        if effect.stage is Stage.TEMPERATURE:
+            in_k = np.array([p.unit.partition("/")[0] == "K" for p in effect.parameters])
+            for times in WARMER:
+                start = straight.copy()
+                start[at : at + in_k.size][in_k] *= times
+                found.append(start)
+        at += len(effect.parameters)
+    return found
+
+
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
     """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most."""
     model = JointModel(fit.model.layout, fit.model.records, fit.model.effects, minimum_phase=True)
@@ -120,13 +145,15 @@ def settled(proof: Proof, folds: Folds) -> Proof:
 
     Tables are as smooth as the noise demands: those smoothed for the error of a model without the effect
     leave an error of their own. What that model took up of an effect, this one may not. And where its filter
-    went to make up for the effect, no small step may lead back from: so two plain lags are tried too.
+    went to make up for the effect, no small step may lead back from: so two plain lags are tried too, and for
+    a fluid that warms up, other warmths.
     """
     fit = proof.fit
     model, free = fit.model, moving(fit)
-    lagging = _quick(model, with_lag_of_two(model, fit.theta), fit.penalties, free)
-    moved = lagging.total < fit.total - WORTH_MOVING
-    fit = lagging if moved else fit
+    starts = [with_lag_of_two(model, fit.theta), *warmer(fit)]
+    least = min((_quick(model, one, fit.penalties, free) for one in starts), key=lambda one: one.total)
+    moved = least.total < fit.total - WORTH_MOVING
+    fit = least if moved else fit
     quiet = proof.mean_square < QUIETER * float(np.mean(model.noise_n**2))
     if quiet:
         model = model.with_effects(model.effects)

@@ -1,0 +1,67 @@
+"""Models with one effect more or less, and the other valleys that their fits are begun in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from discover.hidden import rich
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.grow import WARMER, grown_by, settled, warmer
+from mrctl.discover.proof import prove
+from mrctl.identify.effects_fit import Effects
+from mrctl.model.effects.registry import effect
+
+SPRING = (0.0, 4000.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def sprung():
+    """The evidence of a damper with a gas spring, the base beside it, and the model with the spring."""
+    campaign = rich({"gas_spring": {"preload_n": 0.0, "stiffness_n_m": 4000.0, "progression_per_m": 0.0}})
+    evidence = Evidence.of(replace(campaign, runs=campaign.runs[:8]))
+    base = evidence.base()
+    return evidence, base, prove(grown_by(base.fit, effect("gas_spring"), SPRING), evidence.folds)
+
+
+def test_tables_are_smoothed_anew_once_the_error_has_gone(sprung):
+    evidence, base, first = sprung
+    again = settled(first, evidence.folds)
+    assert first.mean_square < 0.5 * base.mean_square
+    assert again.mean_square <= first.mean_square
+    assert np.mean(again.fit.model.noise_n**2) < 0.5 * np.mean(first.fit.model.noise_n**2)
+    assert settled(again, evidence.folds) is again
+
+
+def test_less_an_effect_the_force_is_that_of_its_neutral_parameters(sprung):
+    fit = sprung[2].fit
+    neutral = np.concatenate([fit.theta[: fit.model.layout.size], np.zeros(len(SPRING))])
+    bare = fit.less({"gas_spring"})
+    for force, without in zip(fit.model.predict(neutral), bare.model.predict(bare.theta), strict=True):
+        np.testing.assert_allclose(without, force, atol=1e-6)
+    assert bare.solution.held.size == bare.theta.size == bare.model.size
+    assert all(p.rows.shape[1] == bare.theta.size for p in bare.penalties)
+    assert [p.weight for p in bare.penalties if p.adapts] == [p.weight for p in fit.penalties if p.adapts]
+
+
+def test_a_fluid_that_warms_up_is_begun_warmer_too_with_a_straight_h(sprung):
+    base = sprung[1].fit
+    layout = base.model.layout
+    model = base.model.with_effects(Effects((effect("gas_spring"), effect("self_heating"))))
+    values = {"gas_spring": SPRING, "self_heating": (2e-3, 90.0, 2.0, 1.5)}
+    theta = np.concatenate([base.theta, model.effects.pack(values)])
+    bent = layout.parts["h_on"]
+    theta[bent] = np.where(np.arange(layout.free_h.size) % 2, 0.3, -0.3)
+    starts = warmer(SimpleNamespace(model=model, theta=theta))
+    assert len(starts) == len(WARMER)
+    for start, times in zip(starts, WARMER, strict=True):
+        own = model.effect_values(start)
+        assert own["gas_spring"] == pytest.approx(SPRING)
+        assert own["self_heating"] == pytest.approx((2e-3 * times, 90.0, 2.0, 1.5 * times))
+        slope = start[bent] / (layout.temperature_c[layout.free_h] - layout.temperature_c[layout.reference])
+        np.testing.assert_allclose(slope, slope[0])
+        np.testing.assert_array_equal(start[: bent.start], theta[: bent.start])
+    assert warmer(SimpleNamespace(model=base.model, theta=base.theta)) == []
