@@ -107,15 +107,14 @@ def warmer(fit: JointFit) -> list[Array]:
         h = straight[layout.parts[name]]
         if h.size:  # off is as on where only one of them was measured
             h[:] = rise * float(rise @ h) / float(rise @ rise)
-    at = layout.size
     for effect in fit.model.effects.chosen:
         if effect.stage is Stage.TEMPERATURE:
-            in_k = np.array([p.unit.partition("/")[0] == "K" for p in effect.parameters])
+            own = fit.model.effects.parameters
+            rises = np.array([e is effect and p.unit.partition("/")[0] == "K" for e, p in own])
             for times in WARMER:
                 start = straight.copy()
-                start[at : at + in_k.size][in_k] *= times
+                start[layout.size :][rises] *= times
                 found.append(start)
-        at += len(effect.parameters)
     return found
 
 

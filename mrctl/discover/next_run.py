@@ -101,13 +101,9 @@ class _Alternative:
         values[rival.name] = rival.typical
         layout = model.layout.size
         self._theta = np.concatenate([fit.theta[:layout], both.pack(values)])
-        at = layout
-        frozen = np.zeros(self._model.size, dtype=bool)
-        for effect in both.chosen:
-            if effect.name == chosen.name:
-                frozen[at : at + len(effect.parameters)] = True
-            at += len(effect.parameters)
-        self._move = np.flatnonzero(~frozen)
+        moves = np.ones(self._model.size, dtype=bool)
+        moves[layout:] = [effect.name != chosen.name for effect, _ in both.parameters]
+        self._move = np.flatnonzero(moves)
         size = self._model.size
         matrix, right, square = np.zeros((size, size)), np.zeros(size), 0.0
         for record, weight, target, (_, rows), start in zip(
