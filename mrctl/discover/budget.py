@@ -22,6 +22,7 @@ MOST_HEARD = 6.0  # as MOST_COLOURED, where runs that repeat show it: what wande
 QUIET = 0.25  # quantile of the records, by what they leave over their sample-to-sample noise
 # RMS that is still one noise: over the quiet records', over the usual sample's.
 UNSTEADY, OUTBURSTS = 1.3, 1.5
+LOUD = 2.0  # as UNSTEADY, of one record: no sensor's noise grows so from run to run
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,14 +59,14 @@ def budget_of(
     beside = np.array([float(np.mean(b * b)) for b in brought])
     sizes = np.array([e.size for e in errors])
     own = np.array([float(np.mean(e * e)) for e in errors])
-    least = np.array([f.lower_bound_n for f in floors])
+    least = np.maximum([f.lower_bound_n for f in floors], 1e-12)
     known = np.array([f.floor_n is not None for f in floors])
     samples = max(int(sizes[known].sum()), 1)
     noises = np.array([_measured(f, b, e) for f, b, e in zip(floors, beside, errors, strict=True)])
     measured = float(sizes[known] @ noises[known]) / samples
     judged = float(sizes[known] @ own[known]) / samples
     # One sensor measured all runs: the others' noise is coloured as that of those that repeat.
-    coloured = float(np.max((noises - beside)[known] / np.maximum(least[known], 1e-12) ** 2, initial=0.0))
+    coloured = float(np.max((noises - beside)[known] / least[known] ** 2, initial=0.0))
     if samples >= KNOWN_SHARE * sizes.sum():
         most = (1.0 + FEW_DOUBT) * (max(coloured, 1.0) * least**2 + beside)
         over = float(sizes[~known] @ (own - most)[~known]) / sizes.sum()
@@ -91,6 +92,7 @@ def budget_of(
     shared = (1.0 + CYCLE_DOUBT) * (sensor + float(np.average(beside, weights=sizes))) if known.any() else 0.0
     reddest = max(red, min((1.0 + CYCLE_DOUBT) * coloured, MOST_HEARD**2) * usual + input_n2)
     highest = max(doubted, upper, min(shared, reddest))
+    certain = max(certain, _over_the_quiet(own, beside, least, sizes))
     return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain)
 
 
@@ -103,6 +105,17 @@ def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:
     return own + brought if unrepeated is None else max(own, min(own + brought, unrepeated))
 
 
+def _over_the_quiet(own: Array, beside: Array, least: Array, sizes: NDArray[np.intp]) -> float:
+    """The mean square that records far beyond the quiet ones' noise leave over it.
+
+    Over all records together, a little too much everywhere and a lot in one look alike.
+    """
+    like_the_quiet = float(np.quantile(own / least**2, QUIET)) * least**2
+    over = own - beside - like_the_quiet
+    loud = own - beside > LOUD**2 * like_the_quiet
+    return float(np.average(np.where(loud, over, 0.0), weights=sizes))
+
+
 def _steady(errors: Sequence[Array], own: Array, beside: Array, least: Array) -> float:
     """The largest mean square that noise can have which is the same in all records and at all times.
 
@@ -110,7 +123,6 @@ def _steady(errors: Sequence[Array], own: Array, beside: Array, least: Array) ->
     own, beside, least (records each): what is left, of it the input's, in N²; noise from sample to sample, N.
     """
     sizes = [e.size for e in errors]
-    least = np.maximum(least, 1e-12)
     quiet = float(np.quantile(np.sqrt(np.maximum(own - beside, 0.0)) / least, QUIET))
     usual = np.array([SCALE * float(np.median(np.abs(e - np.median(e)))) for e in errors])
     by_record = (UNSTEADY * quiet * least) ** 2 + beside

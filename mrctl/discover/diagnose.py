@@ -67,7 +67,7 @@ def diagnose(
     evidence = Evidence.of(campaign)
     report(0.05, "base model")
     base = evidence.base(known, values)
-    evidence = evidence.steadied(base.fit)
+    evidence = evidence.steadied(base.fit).zeroed(base.fit).synchronised(base.fit)
     evidence = evidence.timed(evidence.stepless(base.fit))
     base = evidence.base(known, base.fit.effect_values, base.fit)
     structure = structure_of(base.fit, evidence.folds)
@@ -79,6 +79,7 @@ def diagnose(
     if len(found) > 1:
         stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, levels)
     evidence, final, stands = _retimed(evidence, final, stands)
+    evidence, final = evidence.rezeroed(final)
     judged = judged_by(evidence, base, final, stands)
     changes, constant = _constant(evidence, judged)
     if changes:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.budget import Budget, budget_of
+from mrctl.discover.current_clock import current_late_s, earlier
 from mrctl.discover.folds import folds_of
 from mrctl.discover.grow import Folds
 from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import TOLERANCE, with_lag_of_two, with_plain_lag
+from mrctl.discover.run_zeros import run_zeros
 from mrctl.discover.step_times import timed, trusted, without_steps
 from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.errors import InputError
@@ -53,6 +55,8 @@ class Evidence:
     floors: list[NoiseFloor]
     folds: Folds
     motion_noise: Spectrum | None
+    zeros_n: Array  # (records,) taken off each run's force: the load cell's zero in that run
+    current_late_s: float = 0.0  # taken off the current's clock
 
     @classmethod
     def of(cls, campaign: Campaign) -> Evidence:
@@ -69,7 +73,7 @@ class Evidence:
                 "measure velocity and force in motion",
             )
         floors = [noise_floor(campaign.runs[r.run]) for r in moving]
-        return cls._of(campaign, moving, floors, noise_spectrum(moving))
+        return cls._of(campaign, moving, floors, noise_spectrum(moving), np.zeros(len(moving)))
 
     @classmethod
     def _of(
@@ -78,6 +82,7 @@ class Evidence:
         measured: list[Record],
         floors: list[NoiseFloor],
         motion_noise: Spectrum | None,
+        zeros_n: Array,
         timing: Callable[[list[Record]], list[Record]] = list,
     ) -> Evidence:
         share = SEARCHED_SAMPLES / (_seconds(measured) * WEIGHING_RATE_HZ)
@@ -96,13 +101,14 @@ class Evidence:
             _shortened(r, f, share).decimated(max(r.slow, int(r.rate_hz / fastest)))
             for r, f in zip(full, floors, strict=True)
         ]
-        return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise)
+        return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise, zeros_n)
 
     def _with(
         self, measured: list[Record], timing: Callable[[list[Record]], list[Record]] = list
     ) -> Evidence:
         """The same campaign's evidence from other versions of its records."""
-        return self._of(self.campaign, measured, self.floors, self.motion_noise, timing)
+        anew = self._of(self.campaign, measured, self.floors, self.motion_noise, self.zeros_n, timing)
+        return replace(anew, current_late_s=self.current_late_s)
 
     def steadied(self, fit: JointFit) -> Evidence:
         """The same, without the motion's noise where a fit shows that it is that; itself where none is."""
@@ -110,6 +116,31 @@ class Evidence:
         if all(a is b for a, b in zip(quiet, self.measured, strict=True)):
             return self
         return self._with(quiet)
+
+    def zeroed(self, fit: JointFit) -> Evidence:
+        """The same, without each run's own zero of the load cell as a fit sees it; itself if it has none."""
+        zeros = run_zeros(self.steady_errors(fit), [r.force_n for r in self.full], self.zeros_n)
+        if np.array_equal(zeros, self.zeros_n):
+            return self
+        more = zeros - self.zeros_n
+
+        def less(records: list[Record]) -> list[Record]:
+            return [replace(r, force_n=r.force_n - z) for r, z in zip(records, more, strict=True)]
+
+        return replace(
+            self,
+            measured=less(self.measured),
+            full=less(self.full),
+            records=less(self.records),
+            zeros_n=zeros,
+        )
+
+    def synchronised(self, fit: JointFit) -> Evidence:
+        """The same, the current as early as a base's fit shows that it acts; itself where it is not late."""
+        late = current_late_s(fit)
+        if late == 0.0:
+            return self
+        return replace(self._with([earlier(r, late) for r in self.measured]), current_late_s=late)
 
     def stepless(self, fit: JointFit) -> JointFit:
         """A fit's base as the data show it that do not hang on when between two samples a current stepped.
@@ -140,6 +171,13 @@ class Evidence:
         """
         plain = self._with(self.measured)
         evidence = plain.timed(_fitted_to(plain.records, proof.fit))
+        return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
+
+    def rezeroed(self, proof: Proof) -> tuple[Evidence, Proof]:
+        """The runs' zeros taken anew with a model that has been found, and the model fitted to that."""
+        evidence = self.zeroed(proof.fit)
+        if evidence is self:
+            return self, proof
         return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
 
     def candidates(self, known: Sequence[Effect]) -> tuple[list[Effect], dict[str, str]]:

@@ -123,5 +123,5 @@ def _ready(evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Ve
     fit = base.fit
     for effect in chosen:
         fit = grown_by(fit, effect, values.get(effect.name))
-    evidence = evidence.steadied(fit)
+    evidence = evidence.steadied(fit).zeroed(fit).synchronised(fit)
     return evidence.timed(evidence.stepless(fit))

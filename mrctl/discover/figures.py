@@ -59,6 +59,14 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             "line": None if d.balance.line is None else _stated(d.balance.line),
             "hum": [_stated(hum) for hum in d.balance.hums],
         },
+        "channels": {
+            "zeros_n": {
+                d.evidence.campaign.runs[r.run].name: float(zero)
+                for r, zero in zip(d.evidence.measured, d.evidence.zeros_n, strict=True)
+                if zero
+            },
+            "current_late_s": d.evidence.current_late_s,
+        },
         "not_constant": [
             {"effect": c.effect, "signal": c.signal, "where_high": c.where_high, "error": c.error}
             for c in d.changes
@@ -132,6 +140,7 @@ def verdict_words(d: Diagnosis) -> str:
         at = ", ".join(f"{h.frequency_hz:.0f}" for h in d.balance.hums)
         hum = root(sum(h.mean_square_n2 for h in d.balance.hums))
         floor += f" {hum:.3g} N of it hum at {at} Hz, alike in all runs."
+    floor += _channel_words(d)
     names = ", ".join(d.effects)
     if d.verdict == "none":
         return f"Nothing is missing that this campaign can show: {before:.3g} N held out.{floor}"
@@ -158,3 +167,14 @@ def verdict_words(d: Diagnosis) -> str:
 def root(mean_square: float) -> float:
     """RMS in N."""
     return float(np.sqrt(max(mean_square, 0.0)))
+
+
+def _channel_words(d: Diagnosis) -> str:
+    """What the channels themselves did, and was taken out."""
+    words = ""
+    if d.evidence.zeros_n.any():
+        most = float(np.max(np.abs(d.evidence.zeros_n)))
+        words += f" The load cell's zero differs from run to run, by up to {most:.3g} N: taken out."
+    if d.evidence.current_late_s:
+        words += f" The current was written {1e3 * d.evidence.current_late_s:.2g} ms late: taken as earlier."
+    return words

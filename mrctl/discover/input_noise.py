@@ -27,6 +27,7 @@ HIGHEST_SHARE = 0.45  # of the sample rate
 BANDS = 6
 QUIETEST = 0.25  # quantile over the records: fast motion in some of them is no noise
 STEEPEST = 2.0  # a differentiated signal's spectrum rises with the square of the frequency
+TAIL = 2.0  # times what the next bands, continued, let expect of the lowest one
 SEED = 1
 LEAST_QUIETER = 0.02  # of the mean square, for a motion without its noise to be the truer one
 CLEAR = 4.0  # times the noise's density: there the motion is
@@ -120,10 +121,17 @@ def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
     density = np.quantile(np.array(each), QUIETEST, axis=0)
     if float(density.max()) <= 0.0:
         return None
+    density[0] = min(density[0], _above_a_motion(density))
     middles = np.sqrt(edges[:-1] * edges[1:])
     low = slice(0, BANDS // 2)
     rise = float(np.polyfit(np.log(middles[low]), np.log(np.maximum(density[low], 1e-300)), 1)[0])
     return middles, density, float(np.clip(rise, 0.0, STEEPEST))
+
+
+def _above_a_motion(density: Array) -> float:
+    """The most that the lowest band's noise can be beside the next two (bands); more is a motion's tail."""
+    first, second = float(density[1]), float(density[2])
+    return TAIL * max(first, second) * max(first / max(second, 1e-300), 1.0)
 
 
 def _level(f: Array, middles: Array, density: Array, rise: float) -> Array:

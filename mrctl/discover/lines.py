@@ -26,6 +26,7 @@ MOST_RUNS = 0.5  # share of the runs in which it stands out; what is in few is a
 MOST_HUMS = 6  # a frequency and its multiples
 PIECE_S = 1.0  # in which a hum is one sine, ...
 ALIKE = 0.25  # ... whose amplitude differs so much between pieces, in standard deviations over the mean
+FEWEST_RUNS = 4  # to tell by them what goes with the motion
 GRID_HZ = 0.1  # far less than a piece can tell
 
 
@@ -79,6 +80,23 @@ def hums_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[list
         hums.append(Line(hz, mean_square(rest) - mean_square(less)))
         rest, line = less, still
     return hums, rest
+
+
+def steady_noise(
+    line: Line, residuals: Sequence[Array], rates_hz: Sequence[float], forces: Sequence[Array]
+) -> bool:
+    """Whether a line is as strong in all runs though their forces (n each, N) are not: a colour of noise.
+
+    A frame that is not shaken by the damper rings so: never the same twice, so that it is no hum.
+    """
+    if len(residuals) < FEWEST_RUNS:
+        return False
+    each = [_density([r], [rate]) for r, rate in zip(residuals, rates_hz, strict=True)]
+    heard = [_beside(one, int(line.frequency_hz)) for one in each]
+    strong = np.sqrt([max(float(np.sum(own - around)), 0.0) for own, around in heard if np.isfinite(around)])
+    active = np.array([float(f.std()) for f in forces])
+    alike = strong.size >= FEWEST_RUNS and float(strong.std()) < ALIKE * float(strong.mean())
+    return bool(alike and float(active.std()) > ALIKE * float(active.mean()))
 
 
 def _exactly(residuals: Sequence[Array], rates_hz: Sequence[float], near_hz: float) -> float:

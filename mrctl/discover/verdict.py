@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.lines import Line, hums_of, line_of
+from mrctl.discover.lines import Line, hums_of, line_of, steady_noise
 from mrctl.discover.proof import Proof
 from mrctl.discover.rivals import Rival, rivals_of
 from mrctl.discover.search import Level, Trial
@@ -52,6 +52,8 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     rates = [r.rate_hz / r.finer for r in evidence.full]
     hums, errors = hums_of(evidence.steady_errors(final.fit), rates)
     line = line_of(errors, rates)
+    if line is not None and steady_noise(line, errors, rates, [r.force_n for r in evidence.full]):
+        hums, line = [*hums, line], None
     shaken = 0.0 if line is None else line.mean_square_n2
     over = max(budget.excess, structured, shaken)
     counts = over > LEAST_OF_FORCE**2 * force_n2(final)

@@ -55,6 +55,14 @@ def test_what_some_runs_leave_and_others_do_not_is_no_noise():
     assert left(errors).excess > 0.5 * np.mean(np.concatenate(errors) ** 2)
 
 
+def test_what_one_run_leaves_and_no_other_is_no_noise_though_all_together_leave_little():
+    rng = np.random.default_rng(6)
+    errors = [coloured(rng, 0.8, 3.0) + 2.0 * rng.standard_normal(N) for _ in range(RUNS)]
+    assert left(errors).excess == 0.0
+    errors[3] = errors[3] + coloured(rng, 0.97, 10.0)
+    assert left(errors).excess == pytest.approx(10.0**2 / RUNS, rel=0.6)
+
+
 def test_outbursts_are_no_noise():
     rng = np.random.default_rng(3)
     errors = [5.0 * rng.standard_normal(N) for _ in range(RUNS)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mrctl.discover.lines import hums_of, line_of
+from mrctl.discover.lines import hums_of, line_of, steady_noise
 
 RATE_HZ = 500.0
 
@@ -68,3 +68,24 @@ def test_what_swells_with_the_motion_or_differs_from_run_to_run_is_no_hum():
         hums, rest = hums_of(runs, [RATE_HZ] * len(runs))
         assert not hums
         assert line_of(rest, [RATE_HZ] * len(runs)) is not None
+
+
+def test_a_frame_that_rings_alike_in_runs_of_unlike_force_is_noise_and_one_that_the_damper_shakes_is_not():
+    random = np.random.default_rng(6)
+    pole = 0.985 * np.exp(2j * np.pi * 60.0 / RATE_HZ)
+    ring = [1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2]
+    sizes = (100.0, 300.0, 500.0, 900.0, 1200.0)
+    forces = [size * np.sin(np.arange(int(6.0 * RATE_HZ)) / 80.0) for size in sizes]
+    alike = [noise(random, 6.0) + 2.0 * lfilter(*ring, random.normal(size=f.size)) for f in forces]
+    shaken = [
+        noise(random, 6.0) + size / 300.0 * lfilter(*ring, random.normal(size=f.size))
+        for size, f in zip(sizes, forces, strict=True)
+    ]
+    rates = [RATE_HZ] * len(sizes)
+    for runs, steady in ((alike, True), (shaken, False)):
+        line = line_of(runs, rates)
+        assert line is not None
+        assert steady_noise(line, runs, rates, forces) is steady
+    line = line_of(alike, rates)
+    assert line is not None
+    assert not steady_noise(line, alike, rates, [forces[2]] * len(sizes))  # who can tell
