@@ -18,12 +18,13 @@ from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import TOLERANCE, with_lag_of_two, with_plain_lag
 from mrctl.discover.run_zeros import run_zeros
+from mrctl.discover.searched import at_search_rates
 from mrctl.discover.step_times import timed, trusted, without_steps
 from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.errors import InputError
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import WEIGHING_RATE_HZ, JointModel
+from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.records import Record, possible_rise_k, records_of
@@ -33,15 +34,9 @@ from mrctl.model.effects.registry import effects
 
 Array = NDArray[np.float64]
 
-SEARCHED_SAMPLES = 20000  # of runs that repeat, where there are more
-SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower runs are refined, faster ones averaged; ...
-LONG_S = 120.0  # ... in a campaign longer than this at half these rates
 REST_M_S = 1e-4
 MOVED_M = 1e-5
-FEWEST_CYCLES = 3  # of a run that repeats, to be searched
-LONGEST_S = 10.0  # a longer run may be heating up, ...
 STEPLESS_ITERATIONS = 30
-DRIFTING = 0.5  # ... and one that drifts this much, in RMS of its noise, is
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,22 +80,7 @@ class Evidence:
         zeros_n: Array,
         timing: Callable[[list[Record]], list[Record]] = list,
     ) -> Evidence:
-        share = SEARCHED_SAMPLES / (_seconds(measured) * WEIGHING_RATE_HZ)
-        fewer = _seconds([_shortened(r, f, share) for r, f in zip(measured, floors, strict=True)])
-        by = 0.5 if fewer > LONG_S else 1.0
-        slowest, fastest = by * SLOWEST_HZ, by * FASTEST_HZ
-        full = timing(
-            [
-                r
-                if r.slow > 1 or r.rate_hz >= slowest
-                else r.refined(int(np.ceil(slowest / r.rate_hz - 1e-9)))
-                for r in measured
-            ]
-        )
-        records = [
-            _shortened(r, f, share).decimated(max(r.slow, int(r.rate_hz / fastest)))
-            for r, f in zip(full, floors, strict=True)
-        ]
+        full, records = at_search_rates(measured, floors, timing)
         return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise, zeros_n)
 
     def _with(
@@ -242,10 +222,6 @@ class Evidence:
         ]
 
 
-def _seconds(records: Sequence[Record]) -> float:
-    return sum(len(r) / r.rate_hz for r in records)
-
-
 def _weighed_alike(records: list[Record], fit: JointFit) -> JointModel:
     """The model on other versions of its records."""
     model = fit.model.on(records)
@@ -257,12 +233,3 @@ def _fitted_to(records: list[Record], fit: JointFit) -> JointFit:
     """The same model fitted to other records, each weighed as its like was."""
     model = _weighed_alike(records, fit)
     return model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4)
-
-
-def _shortened(record: Record, floor: NoiseFloor, share: float) -> Record:
-    """That share of a short run that repeats, a few cycles at least; any other run whole."""
-    if share >= 1.0 or floor.cycles < FEWEST_CYCLES or len(record) / record.rate_hz > LONGEST_S:
-        return record
-    if floor.floor_n and floor.drift_n and floor.drift_n > DRIFTING * floor.floor_n:
-        return record
-    return record.part(0, int(len(record) * max(share, FEWEST_CYCLES / floor.cycles)))

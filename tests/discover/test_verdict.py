@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.evidence import FEWEST_CYCLES, _shortened
 from mrctl.discover.noise_floor import NoiseFloor
+from mrctl.discover.searched import FEWEST_CYCLES, shortened
 from mrctl.discover.verdict import FORESEEN, _foreseen
 from mrctl.discover.worth import accepted
 from mrctl.identify.records import Record
@@ -32,9 +32,9 @@ def test_a_run_that_drifts_is_searched_whole(drift_n):
     still = np.zeros(n)
     record = Record(0, rate_hz, np.sin(np.arange(n) / 50.0), still, still, still, still, still)
     floor = NoiseFloor(8.0, "cycles", 8.0, cycles=12, drift_n=drift_n)
-    found = _shortened(record, floor, share=0.1)
+    found = shortened(record, floor, share=0.1)
     assert len(found) == (n if drift_n > 8.0 else n * FEWEST_CYCLES // 12)
-    assert _shortened(record, floor, share=1.0) is record
+    assert shortened(record, floor, share=1.0) is record
 
 
 def trial(taken, of_ms, **others):

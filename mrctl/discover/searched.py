@@ -1,0 +1,54 @@
+"""The rate at which records are searched, and how much of a run that repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from mrctl.discover.noise_floor import NoiseFloor
+from mrctl.identify.joint import WEIGHING_RATE_HZ
+from mrctl.identify.records import Record
+
+SEARCHED_SAMPLES = 20000  # of runs that repeat, where there are more
+SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower runs are refined, faster ones averaged; ...
+LONG_S = 120.0  # ... in a campaign longer than this at half these rates
+FEWEST_CYCLES = 3  # of a run that repeats, to be searched
+LONGEST_S = 10.0  # a longer run may be heating up, ...
+DRIFTING = 0.5  # ... and one that drifts this much, in RMS of its noise, is
+
+
+def at_search_rates(
+    measured: Sequence[Record],
+    floors: Sequence[NoiseFloor],
+    timing: Callable[[list[Record]], list[Record]],
+) -> tuple[list[Record], list[Record]]:
+    """The records whole and refined, their steps as `timing` has them; and shorter, at the search's rate."""
+    share = SEARCHED_SAMPLES / (_seconds(measured) * WEIGHING_RATE_HZ)
+    fewer = _seconds([shortened(r, f, share) for r, f in zip(measured, floors, strict=True)])
+    by = 0.5 if fewer > LONG_S else 1.0
+    slowest, fastest = by * SLOWEST_HZ, by * FASTEST_HZ
+    full = timing(
+        [
+            r if r.slow > 1 or r.rate_hz >= slowest else r.refined(int(np.ceil(slowest / r.rate_hz - 1e-9)))
+            for r in measured
+        ]
+    )
+    records = [
+        shortened(r, f, share).decimated(max(r.slow, int(r.rate_hz / fastest)))
+        for r, f in zip(full, floors, strict=True)
+    ]
+    return full, records
+
+
+def shortened(record: Record, floor: NoiseFloor, share: float) -> Record:
+    """That share of a short run that repeats, a few cycles at least; any other run whole."""
+    if share >= 1.0 or floor.cycles < FEWEST_CYCLES or len(record) / record.rate_hz > LONGEST_S:
+        return record
+    if floor.floor_n and floor.drift_n and floor.drift_n > DRIFTING * floor.floor_n:
+        return record
+    return record.part(0, int(len(record) * max(share, FEWEST_CYCLES / floor.cycles)))
+
+
+def _seconds(records: Sequence[Record]) -> float:
+    return sum(len(r) / r.rate_hz for r in records)
