@@ -85,6 +85,8 @@ def diagnose(
     if changes:
         without_them = judged_by(evidence, base, *constant, judged.removable)
         judged = without_them if without_them.verdict in NAMING else judged.unexplained()
+    if judged.verdict == "unexplained":
+        evidence = evidence.as_measured()
     final, left, balance, named = judged.final, judged.left, judged.balance, judged.found
     verdict, named_effects, removable = judged.verdict, judged.effects, judged.removable
     colour = float(np.median(final.colour))

@@ -99,10 +99,16 @@ class Evidence:
 
     def zeroed(self, fit: JointFit) -> Evidence:
         """The same, without each run's own zero of the load cell as a fit sees it; itself if it has none."""
-        zeros = run_zeros(self.steady_errors(fit), [r.force_n for r in self.full], self.zeros_n)
-        if np.array_equal(zeros, self.zeros_n):
+        return self._less(run_zeros(self.steady_errors(fit), [r.force_n for r in self.full], self.zeros_n))
+
+    def as_measured(self) -> Evidence:
+        """The same with the forces' zeros as they were: what a wrong model misses in the mean is no zero."""
+        return self._less(np.zeros(len(self.zeros_n)))
+
+    def _less(self, zeros_n: Array) -> Evidence:
+        if np.array_equal(zeros_n, self.zeros_n):
             return self
-        more = zeros - self.zeros_n
+        more = zeros_n - self.zeros_n
 
         def less(records: list[Record]) -> list[Record]:
             return [replace(r, force_n=r.force_n - z) for r, z in zip(records, more, strict=True)]
@@ -112,7 +118,7 @@ class Evidence:
             measured=less(self.measured),
             full=less(self.full),
             records=less(self.records),
-            zeros_n=zeros,
+            zeros_n=zeros_n,
         )
 
     def synchronised(self, fit: JointFit) -> Evidence:

@@ -74,6 +74,16 @@ def test_a_true_offset_beside_them_is_not_taken_for_zeros():
     assert np.abs(diagnosis.evidence.zeros_n).max() < 20.0
 
 
+def test_what_a_wrong_model_misses_in_the_mean_is_no_zero():
+    evidence = Evidence.of(steady_runs(shipped()))
+    zeroed = evidence.zeroed(evidence.base().fit)
+    assert zeroed.zeros_n.any()
+    again = zeroed.as_measured()
+    for before, after in zip(evidence.full, again.full, strict=True):
+        assert after.force_n == pytest.approx(before.force_n)
+    assert not again.zeros_n.any()
+
+
 def changing(late: int) -> Campaign:
     """Runs whose current changes smoothly, written that many samples late (or early)."""
     bench = Bench(random_damper(7), np.random.default_rng(7), 5.0)

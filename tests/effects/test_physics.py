@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import curve_fit
 
+from mrctl.model.effects.base import Ranges
 from mrctl.model.effects.registry import effects
 from mrctl.model.filters import plain_lag
 from mrctl.model.static import backbone_force, force_level
@@ -444,3 +445,14 @@ def additive(name, p, t, v, dt_s):
 def yielding(p, force_n, v, level_n, dt_s):
     effect = effects()["preyield_stiffness"]
     return stages.yielding([(effect, p)], force_n, v, 0.0 * v, np.full(v.size, level_n), dt_s)
+
+
+@pytest.mark.parametrize(
+    ("fade_a", "largest_a", "is_one"),
+    [(0.34, 2.5, True), (0.71, 2.5, True), (0.34, 0.4, False), (1.0, 2.0, False)],
+)
+def test_an_off_state_is_over_below_the_currents_at_which_a_damper_is_on(fade_a, largest_a, is_one):
+    effect = effects()["off_state_backbone"]
+    reach = Ranges(displacement_m=0.03, velocity_m_s=0.5, current_a=largest_a, force_n=2000.0)
+    assert effect.plausible is not None
+    assert effect.plausible((-0.5, 1.0, 0.1, fade_a), reach) is is_one

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 SMALLEST_FACTOR = 0.05
+MOST_FADE_A = 1.0
+OFF = 0.95  # of that ...
+OFF_SHARE = 0.8  # ... and of the currents seen: an off state is over by then
 
 
 def step(
@@ -26,6 +29,11 @@ def step(
     ratio = velocity_m_s / p[2]
     change = p[0] / (1.0 + ratio * ratio) + p[1] * abs(velocity_m_s)
     return max(1.0 + off * change, SMALLEST_FACTOR)
+
+
+def _plausible(p: Vector, ranges: Ranges) -> bool:
+    """The off state ends: a backbone that changes with all of the current is something else's."""
+    return p[3] < min(OFF * MOST_FADE_A, OFF_SHARE * ranges.current_a)
 
 
 EFFECT = Effect(
@@ -54,10 +62,13 @@ EFFECT = Effect(
         Parameter(
             "knee_m_s", "m/s", 0.05, 0.002, 1.0, 0.05, "velocity at which the low-speed change is half"
         ),
-        Parameter("fade_current_a", "A", 0.4, 0.02, 1.0, 0.4, "current from which g is as when on", 0.1),
+        Parameter(
+            "fade_current_a", "A", 0.4, 0.02, MOST_FADE_A, 0.4, "current from which g is as when on", 0.1
+        ),
     ),
     step=step,
     shape_over=frozenset({"current"}),
+    plausible=_plausible,
     inverse=Undo.DIVIDE,
     inverse_note="The wish is divided by the factor, repeated until current and factor agree.",
 )
