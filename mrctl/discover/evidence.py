@@ -37,6 +37,7 @@ Array = NDArray[np.float64]
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 STEPLESS_ITERATIONS = 30
+CLOSE_TO_NOISE = 2.0  # in mean square, for what a fit misses in the mean to be a load cell's zeros
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +99,18 @@ class Evidence:
         return self._with(quiet)
 
     def zeroed(self, fit: JointFit) -> Evidence:
-        """The same, without each run's own zero of the load cell as a fit sees it; itself if it has none."""
-        return self._less(run_zeros(self.steady_errors(fit), [r.force_n for r in self.full], self.zeros_n))
+        """The same, without each run's own zero of the load cell as a fit sees it; itself if it has none.
+
+        Nor where the fit leaves far more than noise: a wrong model's error has a mean in each run as well.
+        """
+        errors = self.steady_errors(fit)
+        zeros = run_zeros(errors, [r.force_n for r in self.full], self.zeros_n)
+        if zeros.any():
+            budget = self.budget(fit)
+            means = float(np.average([e.mean() ** 2 for e in errors], weights=[e.size for e in errors]))
+            if budget.judged - means > CLOSE_TO_NOISE * budget.noise:
+                zeros = np.zeros(zeros.size)
+        return self._less(zeros)
 
     def as_measured(self) -> Evidence:
         """The same with the forces' zeros as they were: what a wrong model misses in the mean is no zero."""
