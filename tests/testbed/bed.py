@@ -262,7 +262,8 @@ def _run_script(job: Path, *, machine: bool) -> str:
     return f"""cd {shlex.quote(str(job))} || exit 126
 export PATH={path}:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME="$PWD" LC_ALL=C.UTF-8
 export PYTHON={python} PYTHONPATH={shlex.quote(str(CHECKOUT))} PYTHONDONTWRITEBYTECODE=1 PYTHONUNBUFFERED=1
-exec timeout --kill-after=5 "$1" {isolate} bash {here}/job.sh {"machine" if machine else "bus"}
+nearly_over=$((${{1%.*}} - 2))
+exec timeout --kill-after=5 "$1" {isolate} bash {here}/job.sh {"machine" if machine else "bus"} "$nearly_over"
 """
 
 

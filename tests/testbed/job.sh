@@ -49,5 +49,7 @@ if [ "$1" = bus ]; then
   # A network and process space of its own: a vcan0 that nobody else writes to, nothing left running.
   ip link add vcan0 type vcan
   ip link set vcan0 up
+  # What hangs is named before the time is over: what ends it then ends all of its group.
+  ( (sleep "$2"; echo "the time is nearly over; still running:"; ps -eo pid,ppid,stat,wchan:24,args) >&2 &)
 fi
 . ./script

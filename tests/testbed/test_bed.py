@@ -98,6 +98,7 @@ def test_a_hung_script_is_ended_with_status_124_and_leaves_no_process(bus: Bed) 
     start_s = time.monotonic()
     result = bus.run("sleep 4321 & echo before; sleep 4322", timeout_s=5.0)
     assert (result.returncode, result.stdout) == (124, "before\n")
+    assert "sleep 4321" in result.stderr
     assert time.monotonic() - start_s < 30
     left = bus.run("cat /proc/[0-9]*/cmdline | tr '\\0' ' '")
     assert "432" not in left.checked().stdout
