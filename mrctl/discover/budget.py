@@ -108,11 +108,15 @@ def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:
 def _over_the_quiet(own: Array, beside: Array, least: Array, sizes: NDArray[np.intp]) -> float:
     """The mean square that records far beyond the quiet ones' noise leave over it.
 
-    Over all records together, a little too much everywhere and a lot in one look alike.
+    Over all records together, a little too much everywhere and a lot in one look alike. Where the fast motion
+    of slow samples reaches into what changes from sample to sample, that is no noise to compare by.
     """
-    like_the_quiet = float(np.quantile(own / least**2, QUIET)) * least**2
-    over = own - beside - like_the_quiet
-    loud = own - beside > LOUD**2 * like_the_quiet
+    heard = own > least**2
+    if not heard.any():
+        return 0.0
+    like_the_quiet = float(np.quantile((own / least**2)[heard], QUIET)) * least**2
+    over = own - (1.0 + FEW_DOUBT) * beside - like_the_quiet
+    loud = heard & (over > (LOUD**2 - 1.0) * like_the_quiet)
     return float(np.average(np.where(loud, over, 0.0), weights=sizes))
 
 

@@ -104,7 +104,7 @@ class Evidence:
         Nor where the fit leaves far more than noise: a wrong model's error has a mean in each run as well.
         """
         errors = self.steady_errors(fit)
-        zeros = run_zeros(errors, [r.force_n for r in self.full], self.zeros_n)
+        zeros = run_zeros(errors, self.full, self.zeros_n)
         if zeros.any():
             budget = self.budget(fit)
             means = float(np.average([e.mean() ** 2 for e in errors], weights=[e.size for e in errors]))

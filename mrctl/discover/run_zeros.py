@@ -10,9 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.stats import chi2, pearsonr
 
 from mrctl.identify.noise import correlation_inflation
+from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
 
@@ -20,14 +21,17 @@ FEWEST_RUNS = 3
 CHANCE = 1e-4  # that runs of one zero differ so
 LARGEST = 0.01  # of the largest force: no load cell wanders further, and the model is wrong
 FULL_SCALE = 0.995  # quantile of the absolute force that counts as the largest
+BY_CONDITION = 0.01  # chance that zeros go with a condition of the runs as they do; less is physics
 COMMON = 3.0  # standard errors of the mean zero, above which it is an offset of all runs
 
 
-def run_zeros(errors: Sequence[Array], forces: Sequence[Array], before_n: Array) -> Array:
+def run_zeros(errors: Sequence[Array], records: Sequence[Record], before_n: Array) -> Array:
     """Each run's zero in N (runs) by what a model leaves of its force (n each, N); zeros where all are one.
 
-    forces (n each, N): as measured, for the full scale. before_n (runs): what was taken off the errors'
-    measured force already.
+    Nor is there any where they go with the runs' currents, temperatures, speeds or strokes: an effect that
+    the model lacks has a mean as well, which the base makes up for in some conditions at the cost of others.
+
+    records: the runs, whose forces give the full scale. before_n (runs): what was taken off them already.
     """
     none = np.zeros(len(errors))
     if len(errors) < FEWEST_RUNS:
@@ -38,9 +42,21 @@ def run_zeros(errors: Sequence[Array], forces: Sequence[Array], before_n: Array)
     apart = means - middle
     if chi2.sf(float(np.sum((apart / np.maximum(doubts, 1e-12)) ** 2)), len(errors) - 1) > CHANCE:
         return none
-    most = LARGEST * max(float(np.quantile(np.abs(f), FULL_SCALE)) for f in forces)
-    if float(np.max(np.abs(apart))) > most:
+    most = LARGEST * max(float(np.quantile(np.abs(r.force_n), FULL_SCALE)) for r in records)
+    if float(np.max(np.abs(apart))) > most or _by_a_condition(apart, records):
         return none
     # As many zeros as there are runs have a mean of their own.
     own = abs(middle) < COMMON * float(apart.std(ddof=1)) / np.sqrt(len(errors))
     return means if own else apart
+
+
+def _by_a_condition(apart: Array, records: Sequence[Record]) -> bool:
+    """Whether zeros (runs) go with what the runs were made at."""
+    conditions = [
+        [float(np.mean(r.current_a)) for r in records],
+        [float(np.mean(r.temperature_c)) for r in records],
+        [float(np.std(r.velocity_m_s)) for r in records],
+        [float(np.mean(r.displacement_m)) for r in records],
+    ]
+    varied = [c for c in conditions if np.ptp(c) > 0.0]
+    return any(float(pearsonr(c, apart).pvalue) < BY_CONDITION / len(varied) for c in varied)

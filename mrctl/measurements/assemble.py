@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrctl.errors import InputError, Problem
-from mrctl.measurements.averaging import averaged_over_s
+from mrctl.measurements.averaging import averaged_over_s, note_of
 from mrctl.measurements.clock import Clock, settle_clock
 from mrctl.measurements.derivative import differentiate
 from mrctl.measurements.integral import integrate
@@ -213,10 +213,7 @@ def _averaged_s(channels: dict[str, FloatArray], dt: float, notes: list[str]) ->
         return 0.0
     found = averaged_over_s(force, motion, dt)
     if found:
-        notes.append(
-            f"force and motion are moving means over {1e3 * found:.4g} ms (nothing is left in them of the "
-            f"multiples of {1.0 / found:.4g} Hz); models are averaged alike before they are compared"
-        )
+        notes.append(note_of(found))
         if _is_difference(channels, dt):
             del channels["velocity_m_s"]
             notes.append("velocity_m_s is one step of displacement_m, half a sample off: derived anew")

@@ -9,6 +9,7 @@ compared, and the damper behind the mean is what is identified.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +34,30 @@ def averaged_over_s(force_n: FloatArray, motion: FloatArray, dt_s: float) -> flo
     """
     windows = {_window(force_n), _window(motion)}
     return windows.pop() * dt_s if len(windows) == 1 else 0.0
+
+
+def believed(runs: Sequence[Run]) -> tuple[Run, ...]:
+    """The runs as they are where means were found in half of them or more, else none is taken for one.
+
+    What stores means stores them in every run; the even harmonics of a rounded triangle look like one.
+    """
+    found = sum(run.averaged_s > 0.0 for run in runs)
+    if 2 * found >= sum(run.has_force for run in runs):
+        return tuple(runs)
+    return tuple(_as_sampled(run) if run.averaged_s else run for run in runs)
+
+
+def _as_sampled(run: Run) -> Run:
+    notes = tuple(note for note in run.notes if note != note_of(run.averaged_s))
+    return replace(run, averaged_s=0.0, notes=notes)
+
+
+def note_of(window_s: float) -> str:
+    """What a run that was stored as moving means says of it."""
+    return (
+        f"force and motion are moving means over {1e3 * window_s:.4g} ms (nothing is left in them of the "
+        f"multiples of {1.0 / window_s:.4g} Hz); models are averaged alike before they are compared"
+    )
 
 
 def smoothed(x: FloatArray, samples: float) -> FloatArray:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mrctl.errors import InputError, Problem
 from mrctl.measurements.assemble import RawRun, assemble
+from mrctl.measurements.averaging import believed
 from mrctl.measurements.column_map import ColumnMap, read_map
 from mrctl.measurements.find import find_files, format_of
 from mrctl.measurements.mapped import read_mapped_text
@@ -66,7 +67,7 @@ def load_campaign(
             problems += error.problems
     if problems:
         raise InputError(problems)
-    return Campaign(found.root, tuple(runs), digest.hexdigest(), tuple(found.warnings))
+    return Campaign(found.root, believed(runs), digest.hexdigest(), tuple(found.warnings))
 
 
 def _bytes(file: Path) -> bytes:

@@ -63,6 +63,15 @@ def test_what_one_run_leaves_and_no_other_is_no_noise_though_all_together_leave_
     assert left(errors).excess == pytest.approx(10.0**2 / RUNS, rel=0.6)
 
 
+def test_slow_samples_of_fast_runs_do_not_make_the_others_loud():
+    rng = np.random.default_rng(7)
+    errors = [coloured(rng, 0.6, 5.0) for _ in range(RUNS)]
+    floors = [floor_of(e) for e in errors]
+    for fast in (1, 4, 7):  # from sample to sample their force changes by far more than the noise does
+        floors[fast] = NoiseFloor(None, "lower bound only", 80.0)
+    assert left(errors, floors).certain == 0.0
+
+
 def test_outbursts_are_no_noise():
     rng = np.random.default_rng(3)
     errors = [5.0 * rng.standard_normal(N) for _ in range(RUNS)]

@@ -15,10 +15,11 @@ from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.figures import diagnosis_figures, verdict_words
 from mrctl.discover.run_zeros import run_zeros
+from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign, Run
 
 RATE_HZ = 1000.0
-FORCES = [np.array([-1000.0, 1000.0])]
+CURRENTS_A = np.array([0.0, 1.0, 2.0, 0.0, 1.0, 2.0])
 SPREAD_N = np.array([6.0, -4.0, 2.0, -7.0, 3.0, 0.0])
 
 
@@ -27,28 +28,37 @@ def left(means: np.ndarray, noise_n: float = 5.0) -> list[np.ndarray]:
     return [m + noise_n * rng.standard_normal(4000) for m in means]
 
 
+def driven(count: int = 6) -> list[Record]:
+    """Runs of +-1 kN at rising currents, at one temperature."""
+    wave, steady = np.array([-1.0, 1.0]), np.ones(2)
+    return [
+        Record(k, RATE_HZ, wave, i * steady, 20.0 * steady, 1e3 * wave, wave, wave)
+        for k, i in enumerate(CURRENTS_A[:count])
+    ]
+
+
 def test_each_runs_zero_is_what_its_error_has_in_the_mean():
-    zeros = run_zeros(left(SPREAD_N), FORCES, np.zeros(6))
+    zeros = run_zeros(left(SPREAD_N), driven(), np.zeros(6))
     assert zeros == pytest.approx(SPREAD_N, abs=0.4)
 
 
 def test_an_offset_of_all_runs_is_an_effect_and_stays():
-    zeros = run_zeros(left(SPREAD_N + 40.0), FORCES, np.zeros(6))
+    zeros = run_zeros(left(SPREAD_N + 40.0), driven(), np.zeros(6))
     assert zeros == pytest.approx(SPREAD_N, abs=0.4)
 
 
 def test_zeros_taken_already_count():
-    zeros = run_zeros(left(np.zeros(6)), FORCES, SPREAD_N)
+    zeros = run_zeros(left(np.zeros(6)), driven(), SPREAD_N)
     assert zeros == pytest.approx(SPREAD_N, abs=0.4)
 
 
 @pytest.mark.parametrize(
     "means",
-    [np.full(6, 3.0), 4.0 * SPREAD_N, SPREAD_N[:2]],
-    ids=["all alike", "more than a load cell wanders", "two runs"],
+    [np.full(6, 3.0), 4.0 * SPREAD_N, SPREAD_N[:2], 8.0 * (1.0 - CURRENTS_A) + 0.1 * SPREAD_N],
+    ids=["all alike", "more than a load cell wanders", "two runs", "goes with the current"],
 )
 def test_what_is_no_zero_is_left_alone(means):
-    assert not run_zeros(left(means), FORCES, np.zeros(means.size)).any()
+    assert not run_zeros(left(means), driven(means.size), np.zeros(means.size)).any()
 
 
 def steady_runs(damper, zeros_n=SPREAD_N) -> Campaign:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrctl.measurements.assemble import RawRun, assemble
-from mrctl.measurements.averaging import as_stored, averaged_over_s, behind, sharpened, smoothed
+from mrctl.measurements.averaging import as_stored, averaged_over_s, behind, believed, sharpened, smoothed
 from mrctl.measurements.run import FloatArray, Run
 
 RATE_HZ = 500.0
@@ -61,6 +61,17 @@ def test_a_run_says_that_it_is_averaged() -> None:
     run = loaded({name: trailing(x, 50) for name, x in measured().items()})
     assert run.averaged_s == pytest.approx(0.1)
     assert any("moving means over 100 ms" in note for note in run.notes)
+
+
+def test_what_one_run_of_many_shows_is_no_mean_and_nothing_else_of_it_changes() -> None:
+    averaged = loaded({name: trailing(x, 50) for name, x in measured().items()})
+    plain = loaded(measured(seed=1))
+    one, *others = believed((averaged, plain, plain))
+    assert one.averaged_s == 0.0
+    assert not any("moving means" in note for note in one.notes)
+    assert len(one.notes) == len(averaged.notes) - 1
+    assert others == [plain, plain]
+    assert believed((averaged, plain, averaged)) == (averaged, plain, averaged)
 
 
 def test_the_damper_behind_the_mean_gives_the_stored_force() -> None:
