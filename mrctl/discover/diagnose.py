@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.exchange import exchanged
 from mrctl.discover.grow import settled, without
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.proof import Proof
@@ -73,11 +74,11 @@ def diagnose(
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
     report(0.3, "candidates")
-    levels, found = _search(evidence, base, candidates, report)
+    levels, found, last = _search(evidence, base, candidates, report)
     base, final = levels[0].before, levels[-1].before  # in the best valleys that the search came by
-    stands = [(found[0], levels[0])] if len(found) == 1 else []
-    if len(found) > 1:
-        stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, levels)
+    stands = [(found[0], last)] if len(found) == 1 and last is not None else []
+    if found and not stands:
+        stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, last)
     evidence, final, stands = _retimed(evidence, final, stands)
     evidence, final = evidence.rezeroed(final)
     judged = judged_by(evidence, base, final, stands)
@@ -116,10 +117,13 @@ def diagnose(
 
 def _search(
     evidence: Evidence, base: Proof, candidates: list[Effect], report: Report
-) -> tuple[list[Level], list[Trial]]:
+) -> tuple[list[Level], list[Trial], Level | None]:
+    """The rounds, the effects found, and the round in which the last was; None where it took one's place."""
     here = base
     found: list[Trial] = []
     levels: list[Level] = []
+    last: Level | None = None
+    gone: set[str] = set()
     for number in range(MOST_EFFECTS + 1):
         rest = [c for c in candidates if c.name not in {t.effect.name for t in found}]
         level = search_level(here, rest, evidence.folds)
@@ -135,26 +139,33 @@ def _search(
             break
         best = simplest(good[0], level, good)
         if found and not matters(evidence, base, here, best):
-            break
-        here = settled(best.proof, evidence.folds)
+            instead = None if best.effect.name in gone else exchanged(here, best, found, evidence.folds)
+            if instead is None:
+                break
+            here, needless = settled(instead[0], evidence.folds), instead[1]
+            gone.add(needless.effect.name)
+            found, last = [*(t for t in found if t is not needless), best], None
+            continue
+        here, last = settled(best.proof, evidence.folds), level
         found.append(best)
-    return levels, found
+    return levels, found, last
 
 
 def _confirmed(
-    evidence: Evidence, candidates: list[Effect], chosen: list[Effect], final: Proof, levels: list[Level]
+    evidence: Evidence, candidates: list[Effect], chosen: list[Effect], final: Proof, last: Level | None
 ) -> tuple[list[tuple[Trial, Level]], Proof]:
     """Each effect as if it were the last one added, beside all that could stand in its place.
 
-    One that the others made needless is dropped; one that another fits clearly better is exchanged.
+    One that the others made needless is dropped; one that another fits clearly better is exchanged. last: the
+    round in which the last one was found; None where it was none.
     """
-    last, found = levels[len(chosen) - 1], final
+    found = final
     stands: list[tuple[Trial, Level]] = []
     for effect in chosen:
         others = {e.name for e in final.fit.model.effects.chosen} - {effect.name}
         rest = [c for c in candidates if c.name not in others]
-        if effect is chosen[-1] and final is found:
-            level = last  # it was the last one added, and nothing has changed since
+        if effect is chosen[-1] and final is found and last is not None:
+            level = last  # nothing has changed since
         else:
             smaller = without(final, effect.name, evidence.folds)
             level = search_level(smaller, rest, evidence.folds, near=CLOSE, known=final)
