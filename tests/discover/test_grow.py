@@ -10,6 +10,7 @@ import pytest
 from discover.hidden import rich
 
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.exchange import exchanged
 from mrctl.discover.grow import WARMER, grown_by, settled, warmer
 from mrctl.discover.proof import prove
 from mrctl.identify.effects_fit import Effects
@@ -65,3 +66,16 @@ def test_a_fluid_that_warms_up_is_begun_warmer_too_with_a_straight_h(sprung):
         np.testing.assert_allclose(slope, slope[0])
         np.testing.assert_array_equal(start[: bent.start], theta[: bent.start])
     assert warmer(SimpleNamespace(model=base.model, theta=base.theta)) == []
+
+
+def test_what_is_missing_takes_the_place_of_what_stood_in_for_it_and_not_the_other_way(sprung):
+    evidence, base, with_spring = sprung
+    stand_in = prove(grown_by(base.fit, effect("fluid_inertia"), (3.0, 0.0)), evidence.folds)
+    both = prove(grown_by(stand_in.fit, effect("gas_spring"), SPRING), evidence.folds)
+    spring = SimpleNamespace(effect=effect("gas_spring"), proof=both, parameters=2)
+    inertia = SimpleNamespace(effect=effect("fluid_inertia"), proof=both, parameters=2)
+    proof, gone = exchanged(stand_in, spring, [inertia], evidence.folds)
+    assert gone is inertia
+    assert [e.name for e in proof.fit.model.effects.chosen] == ["gas_spring"]
+    assert proof.mean_square == pytest.approx(with_spring.mean_square, rel=0.05)
+    assert exchanged(with_spring, inertia, [spring], evidence.folds) is None
