@@ -120,7 +120,13 @@ def warmer(fit: JointFit) -> list[Array]:
 
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
     """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most."""
-    model = JointModel(fit.model.layout, fit.model.records, fit.model.effects, minimum_phase=True)
+    model = JointModel(
+        fit.model.layout,
+        fit.model.records,
+        fit.model.effects,
+        minimum_phase=True,
+        slowest_pole=fit.model.slowest_pole,
+    )
     model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
     lag = model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
     tangent = Tangent.of(lag)

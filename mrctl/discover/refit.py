@@ -90,7 +90,13 @@ def fitted(
     if not chosen and start is None:
         return base
     layout = base.model.layout
-    model = JointModel(layout, records, Effects(tuple(chosen)), minimum_phase=bool(chosen))
+    model = JointModel(
+        layout,
+        records,
+        Effects(tuple(chosen)),
+        minimum_phase=bool(chosen),
+        slowest_pole=base.model.slowest_pole,
+    )
     mask = model.free()
     if free is not None and chosen:
         own = [flag for e in chosen for flag in free.get(e.name, [not p.held for p in e.parameters])]

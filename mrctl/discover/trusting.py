@@ -49,7 +49,14 @@ def fitted_trusting(
     tolerance: share of the cost that another step must win.
     """
     model = fit.model
-    trusting = _Trusting(model.layout, model.records, model.effects, model.minimum_phase, list(trust))
+    trusting = _Trusting(
+        model.layout,
+        model.records,
+        model.effects,
+        model.minimum_phase,
+        model.slowest_pole,
+        trust=list(trust),
+    )
     trusting.noise_n, trusting.weights = model.noise_n, model.weights
     return trusting.fit(
         theta, penalties=fit.penalties, free=free, rounds=1, iterations=iterations, tolerance=tolerance

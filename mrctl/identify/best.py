@@ -18,6 +18,7 @@ from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.records import Record, records_of
 from mrctl.identify.result import IdentificationResult, errors_of
+from mrctl.identify.slow_poles import misfit, within_reach
 from mrctl.identify.start import layout_for, start_values
 from mrctl.measurements.run import Campaign
 
@@ -75,8 +76,8 @@ def fit_base(records: Sequence[Record], order: int = 3, *, warmer_k: float = 0.0
     theta = layout.pack(moved(start.tables, start.model.layout, layout))
     coarse = JointModel(layout, enough([coarser(r) for r in records]))
     coarse.reweigh(theta)
-    near = coarse.fit(theta, rounds=COARSE_ROUNDS, iterations=10)
-    final = JointModel(layout, records)
+    near = within_reach(coarse.fit(theta, rounds=COARSE_ROUNDS, iterations=10), COARSE_ROUNDS, 10)
+    final = JointModel(layout, records, slowest_pole=near.model.slowest_pole)
     final.reweigh(near.theta, each=True)
     return final.fit(near.theta, penalties=near.penalties, rounds=FINE_ROUNDS, iterations=10)
 
@@ -108,11 +109,11 @@ def rough_fit(records: Sequence[Record], order: int) -> JointFit:
     some = [coarser(r) for r in few(records)]
     layout = layout_for(some, order, velocity_knots=ROUGH_KNOTS)
     starts = [_search_and_fit(_lagged(some, layout.with_order(1), hz), layout) for hz in START_LAGS_HZ]
-    fits = sorted((_search_and_fit(fit, layout) for fit in starts), key=_misfit)
+    fits = sorted((_search_and_fit(fit, layout) for fit in starts), key=misfit)
     best = fits[0]
     for _ in range(MORE_SEARCHES):
         again = _search_and_fit(best, layout)
-        gain = _misfit(best) - _misfit(again)
+        gain = misfit(best) - misfit(again)
         best = again if gain > 0.0 else best
         if gain < 0.01 * sum(map(len, some)):
             break
@@ -139,11 +140,6 @@ def _search_and_fit(fit: JointFit, layout: Layout) -> JointFit:
     fit = model.fit(theta, rounds=1, iterations=8, tolerance=1e-3)
     model.reweigh(fit.theta)
     return model.fit(fit.theta, rounds=1, iterations=8, tolerance=1e-3)
-
-
-def _misfit(fit: JointFit) -> float:
-    """Log-likelihood loss, each record with a noise of its own."""
-    return float(sum(r.size * np.log(np.mean(r * r)) for r in fit.model.residuals(fit.theta)))
 
 
 def moved(t: Tables, old: Layout, new: Layout) -> Tables:

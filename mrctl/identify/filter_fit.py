@@ -97,11 +97,11 @@ def _run(den: Array, num: Array, rate_hz: float, u: Array) -> Array:
     m = (num / den)[:-1][::-1]
     with_constant = num[-1] != 0.0
     if with_constant:
-        theta = np.concatenate([np.log(den[1:]), m])
+        theta = np.concatenate([_logs(den), m])
         return hysteresis.filtered(*hysteresis.discretise(theta, rate_hz), u)
     # No constant term: the low-pass with it, less the low-pass without.
-    both = np.concatenate([np.log(den[1:]), m])
-    low = np.concatenate([np.log(den[1:]), np.zeros(order)])
+    both = np.concatenate([_logs(den), m])
+    low = np.concatenate([_logs(den), np.zeros(order)])
     full, plain = (hysteresis.filtered(*hysteresis.discretise(x, rate_hz), u) for x in (both, low))
     return np.asarray(full - plain, dtype=np.float64)
 
@@ -126,18 +126,23 @@ def _parameters(dens: list[Array], gains: Array) -> Array:
             at += 1
         num = num + np.convolve(own, others)
     order = total.size - 1
-    logs = np.log(total[1:]) if order < 3 else _cubic_logs(dens)
+    logs = _logs(total) if order < 3 else _cubic_logs(dens)
     return np.concatenate([logs, (num / total)[:-1][::-1]])
 
 
+def _logs(den: Array) -> Array:
+    """The logarithms that name a polynomial of the first or second order."""
+    return np.asarray(np.log(den[1:] if den.size == 2 else [den[2] / den[1], den[2]]), dtype=np.float64)
+
+
 def _cubic_logs(dens: list[Array]) -> Array:
-    """Log p, log c1, log c0 of (s + p)(s² + c1 s + c0)."""
+    """Log p, log q, log c0 of (s + p)(s² + c0 / q s + c0)."""
     if len(dens) == 2:
         pair, real = dens if dens[0].size == 3 else dens[::-1]
-        factors = [real[1], pair[1], pair[2]]
+        factors = [real[1], pair[2] / pair[1], pair[2]]
     else:
         alone, one, other = (float(d[1]) for d in dens)
-        factors = [alone, one + other, one * other]
+        factors = [alone, one * other / (one + other), one * other]
     return np.asarray(np.log(factors), dtype=np.float64)
 
 

@@ -153,11 +153,12 @@ def _portable(theta: Array, rate_hz: float) -> Filter:
     wanted = hysteresis.response(theta, f)
     weight = np.where(f <= 20.0, 1.0, 0.2)
 
-    def errors(x: Array) -> Array:
-        miss = weight * (hysteresis.response(x, f) - wanted)
+    def errors(x: Array) -> Array:  # of a pair its linear coefficient: bounded, neither pole is fast
+        at = hysteresis.by_middle(x)
+        miss = weight * (hysteresis.response(at, f) - wanted)
         # A numerator that grows beyond the band is what no lower rate can follow.
         return np.concatenate(
-            [miss.real, miss.imag, 1e-3 * np.abs(hysteresis.response(x, np.array([125.0, 250.0])))]
+            [miss.real, miss.imag, 1e-3 * np.abs(hysteresis.response(at, np.array([125.0, 250.0])))]
         )
 
     for fastest_hz in TAMED_HZ:
@@ -165,10 +166,10 @@ def _portable(theta: Array, rate_hz: float) -> Filter:
         upper = np.concatenate([[top, top + np.log(2.0), 2 * top][-order:], np.full(order, np.inf)])
         if order == 1:
             upper = np.array([top, np.inf])
-        start = np.minimum(theta, upper - 1e-3)
+        start = np.minimum(hysteresis.by_middle(theta), upper - 1e-3)
         lower = np.concatenate([np.full(order, -12.0), np.full(order, -np.inf)])
         x = least_squares(errors, np.maximum(start, lower + 1e-3), bounds=(lower, upper), x_scale="jac").x
-        tamed = hysteresis.as_filter(np.asarray(x, dtype=np.float64), rate_hz)
+        tamed = hysteresis.as_filter(hysteresis.by_middle(np.asarray(x, dtype=np.float64)), rate_hz)
         if _carries(tamed):
             return tamed
     raise ValueError("the hysteresis filter found cannot be carried to the loop's rates")

@@ -2,9 +2,10 @@
 
     H(s) = (d0 + m1 d1 s + m2 d2 s² + m3 d3 s³) / (d0 + d1 s + d2 s² + d3 s³)
 
-The denominator is a product of s + p and s² + c1 s + c0 with positive p, c1, c0 (their logarithms are the
-parameters), so every pole is stable. All m = 1 is H = 1. Between samples the input is taken as linear
-(first-order hold), so the same parameters serve runs of any sample rate, and at one rate every stable
+The denominator is a product of s + p and s² + (c0 / q) s + c0 with positive p, q, c0 (their logarithms are
+the parameters), so every pole is stable. 1 / p and 1 / q are the two factors' delays at low frequency, so
+bounds on p and q keep every pole from being slow. All m = 1 is H = 1. Between samples the input is taken as
+linear (first-order hold), so the same parameters serve runs of any sample rate, and at one rate every stable
 discrete filter of this order with poles right of zero has its continuous twin.
 """
 
@@ -36,14 +37,14 @@ def lag(hz: float) -> Array:
     """Parameters of a third-order filter that is little more than a lag at a frequency in Hz."""
     pair = LAG_PAIR_RAD_S / UNIT_RAD_S
     return np.array(
-        [np.log(2.0 * np.pi * hz / UNIT_RAD_S), np.log(2.0 * pair), 2.0 * np.log(pair), 0.1, 0.02, 0.02]
+        [np.log(2.0 * np.pi * hz / UNIT_RAD_S), np.log(0.5 * pair), 2.0 * np.log(pair), 0.1, 0.02, 0.02]
     )
 
 
 def lag_of_two(delay_s: float) -> Array:
     """Parameters of a third-order filter that is little more than two equal lags of that delay together."""
     pole, pair = 2.0 / (delay_s * UNIT_RAD_S), LAG_PAIR_RAD_S / UNIT_RAD_S
-    return np.array([np.log(pair), np.log(2.0 * pole), 2.0 * np.log(pole), 0.02, 0.02, 0.02])
+    return np.array([np.log(pair), np.log(0.5 * pole), 2.0 * np.log(pole), 0.02, 0.02, 0.02])
 
 
 def denominator(log_d: Array) -> Array:
@@ -54,8 +55,17 @@ def denominator(log_d: Array) -> Array:
         return np.ones(1)
     if order == 1:
         return np.array([1.0, c[0]])
-    quadratic = np.array([1.0, c[-2], c[-1]])
+    quadratic = np.array([1.0, c[-1] / c[-2], c[-1]])
     return quadratic if order == 2 else np.convolve([1.0, c[0]], quadratic)
+
+
+def by_middle(theta: Array) -> Array:
+    """The parameters with log c1 of s² + c1 s + c0 in place of log q, or again with log q: c1 q = c0."""
+    order = theta.size // 2
+    changed = theta.copy()
+    if order >= 2:
+        changed[order - 2] = theta[order - 1] - theta[order - 2]
+    return changed
 
 
 def paired(theta: Array) -> Array:
@@ -68,13 +78,14 @@ def paired(theta: Array) -> Array:
     if order != ORDER:
         return theta
     c = np.exp(theta[:order])
-    root = c[1] ** 2 - 4.0 * c[2]
+    total = c[2] / c[1]
+    root = total**2 - 4.0 * c[2]
     if root < 0.0:
         return theta
-    fast = 0.5 * (c[1] + np.sqrt(root))
+    fast = 0.5 * (total + np.sqrt(root))
     low, middle, high = sorted((float(c[0]), float(fast), float(c[2] / fast)))
     alone, one, other = (high, low, middle) if middle * middle < low * high else (low, middle, high)
-    return np.concatenate([np.log([alone, one + other, one * other]), theta[order:]])
+    return np.concatenate([np.log([alone, one * other / (one + other), one * other]), theta[order:]])
 
 
 def discretise(theta: Array, rate_hz: float) -> tuple[Array, Array]:
@@ -130,9 +141,10 @@ def _hold(theta, step, b, a):  # type: ignore[no-untyped-def]  # noqa: ANN001, A
     if order == 1:
         den[1] = c[0]
     elif order == 2:
-        den[1], den[2] = c[0], c[1]
+        den[1], den[2] = c[1] / c[0], c[1]
     else:
-        den[1], den[2], den[3] = c[0] + c[1], c[0] * c[1] + c[2], c[0] * c[2]
+        c1 = c[2] / c[1]
+        den[1], den[2], den[3] = c[0] + c1, c[0] * c1 + c[2], c[0] * c[2]
     num = den.copy()
     for k in range(order):
         num[k] *= theta[2 * order - 1 - k]

@@ -65,7 +65,7 @@ def _shaped(forward: Filter, shaping: _Shaping, fastest_hz: float) -> Filter:
     upper = np.array([high, np.log(2.0 * MOST_DAMPING), 2 * high, np.inf, np.inf, np.inf])
 
     def theta(x: Array) -> Array:
-        return np.concatenate([x[:1], x[1:2] + 0.5 * x[2:3], x[2:]])
+        return hysteresis.by_middle(np.concatenate([x[:1], x[1:2] + 0.5 * x[2:3], x[2:]]))
 
     def fit(start: Array, evaluations: int) -> OptimizeResult:
         return least_squares(

@@ -37,6 +37,7 @@ FLOOR_SHARE = 1e-5  # of the force scale: noise below this is no noise
 EFFECT_SPREAD = 30.0  # steps that matter: the weak pull of an effect's parameters to neutral
 FASTEST_POLE = 0.8 * np.pi / hysteresis.UNIT_RAD_S  # times the sample rate
 SLOWEST_POLE = 0.02  # 0.2 Hz
+LEAST_DAMPED = 50.0  # half the inverse of a pair's damping
 BEND_STEP = 0.1  # of a step, over which the forces' bend is taken
 MOST_KEPT = 12_000_000  # slopes, of 8 bytes each
 
@@ -63,6 +64,7 @@ class JointModel:
     records: Sequence[Record]
     effects: Effects = field(default_factory=lambda: Effects(()))
     minimum_phase: bool = False  # H's numerator positive: a lag, as a damper's; a delay is then seen as such
+    slowest_pole: float = SLOWEST_POLE  # in UNIT_RAD_S: H has nothing below it
     batches: list[Batch] = field(init=False, repr=False)
     weights: Array = field(init=False, repr=False)
     noise_n: Array = field(init=False, repr=False)
@@ -86,7 +88,7 @@ class JointModel:
 
     def on(self, records: Sequence[Record]) -> JointModel:
         """The same model on other records: held-out ones, or a part."""
-        return JointModel(self.layout, records, self.effects, self.minimum_phase)
+        return JointModel(self.layout, records, self.effects, self.minimum_phase, self.slowest_pole)
 
     def with_effects(self, effects: Effects) -> JointModel:
         """The same base on the same records with other effects; weights stay."""
@@ -292,10 +294,11 @@ class JointModel:
         order = layout.order
         top = FASTEST_POLE * max(r.rate_hz for r in self.records)
         poles = np.arange(parts["filter"].start, parts["filter"].start + order)
-        lower[poles], upper[poles] = np.log(SLOWEST_POLE), np.log(top)
+        slowest = np.log(self.slowest_pole)
+        lower[poles], upper[poles] = slowest, np.log(top)
         if order >= 2:
-            lower[poles[-1]], upper[poles[-1]] = 2 * np.log(SLOWEST_POLE), 2 * np.log(top)
-            upper[poles[-2]] = np.log(2 * top)
+            lower[poles[-1]], upper[poles[-1]] = 2 * slowest, 2 * np.log(top)
+            upper[poles[-2]] = np.log(LEAST_DAMPED * top)
         if self.minimum_phase:
             lower[parts["filter"].stop - order : parts["filter"].stop] = 0.0
         own_lower, own_upper = self.effects.bounds()

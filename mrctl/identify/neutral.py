@@ -27,5 +27,5 @@ def neutral(layout: Layout) -> Array:
 def neutral_filter(order: int) -> Array:
     """Poles around 30 Hz, numerator halfway between a pure lag and none."""
     p = np.log(3.0)
-    poles = {0: [], 1: [p], 2: [p + np.log(2.0), 2 * p], 3: [p, p + np.log(2.0), 2 * p]}[order]
+    poles = {0: [], 1: [p], 2: [p - np.log(2.0), 2 * p], 3: [p, p - np.log(2.0), 2 * p]}[order]
     return np.array([*poles, *([0.3] * order)])

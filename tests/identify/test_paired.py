@@ -12,7 +12,7 @@ NUMERATOR = [0.9, 0.8, 0.3]
 
 
 def parameters(alone: float, one: float, other: float) -> np.ndarray:
-    return np.array([*np.log([alone, one + other, one * other]), *NUMERATOR])
+    return np.array([*np.log([alone, one * other / (one + other), one * other]), *NUMERATOR])
 
 
 @pytest.mark.parametrize("alone", [0.37, 4.1, 4.2])
