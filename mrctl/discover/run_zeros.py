@@ -22,6 +22,12 @@ CHANCE = 1e-4  # that runs of one zero differ so
 LARGEST = 0.01  # of the largest force: no load cell wanders further, and the model is wrong
 FULL_SCALE = 0.995  # quantile of the absolute force that counts as the largest
 BY_CONDITION = 0.01  # chance that zeros go with a condition of the runs as they do; less is physics
+SAME = {
+    "current_a": 1e-3,
+    "temperature_c": 0.01,
+    "velocity_m_s": 1e-4,
+    "displacement_m": 1e-5,
+}  # no condition
 COMMON = 3.0  # standard errors of the mean zero, above which it is an offset of all runs
 
 
@@ -52,11 +58,11 @@ def run_zeros(errors: Sequence[Array], records: Sequence[Record], before_n: Arra
 
 def _by_a_condition(apart: Array, records: Sequence[Record]) -> bool:
     """Whether zeros (runs) go with what the runs were made at."""
-    conditions = [
-        [float(np.mean(r.current_a)) for r in records],
-        [float(np.mean(r.temperature_c)) for r in records],
-        [float(np.std(r.velocity_m_s)) for r in records],
-        [float(np.mean(r.displacement_m)) for r in records],
-    ]
-    varied = [c for c in conditions if np.ptp(c) > 0.0]
+    conditions = {
+        "current_a": [float(np.mean(r.current_a)) for r in records],
+        "temperature_c": [float(np.mean(r.temperature_c)) for r in records],
+        "velocity_m_s": [float(np.std(r.velocity_m_s)) for r in records],
+        "displacement_m": [float(np.mean(r.displacement_m)) for r in records],
+    }
+    varied = [values for name, values in conditions.items() if np.ptp(values) > SAME[name]]
     return any(float(pearsonr(c, apart).pvalue) < BY_CONDITION / len(varied) for c in varied)

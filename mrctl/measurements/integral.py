@@ -101,22 +101,26 @@ def motion_frequency(values: FloatArray, dt: float) -> float | None:
 
 
 def _least_squares(basis: FloatArray, target: FloatArray) -> FloatArray:
-    """The weights of the columns of `basis` (n, few) that come closest to `target` (n,).
+    """The weights of the rows of `basis` (few, n) that come closest to `target` (n,).
 
-    By the normal equations with unit columns and a ridge of 1e-12: a tenth of the time of an SVD, and
-    harmonics of more than a cycle are far from collinear.
+    By the normal equations of unit rows with a ridge of 1e-12: a tenth of the time of an SVD, and harmonics
+    of more than a cycle are far from collinear.
     """
-    scale = np.sqrt(np.einsum("ij,ij->j", basis, basis)) + np.finfo(float).tiny
-    unit = basis / scale
-    gram = unit.T @ unit + 1e-12 * np.eye(len(scale))
-    return np.asarray(np.linalg.solve(gram, unit.T @ target) / scale)
+    gram = basis @ basis.T
+    scale = np.sqrt(np.diag(gram)) + np.finfo(float).tiny
+    gram = gram / np.outer(scale, scale) + 1e-12 * np.eye(len(scale))
+    return np.asarray(np.linalg.solve(gram, (basis @ target) / scale) / scale)
 
 
-def _harmonics(time: FloatArray, frequency: float) -> FloatArray:
-    """Cosines and sines of the first harmonics, (n, 2 * harmonics)."""
+def _harmonics(time: FloatArray, frequency: float, more: int = 0) -> FloatArray:
+    """Cosines and sines of the first harmonics, (more + 2 * harmonics, n), behind as many rows of ones."""
     first = np.exp(2j * pi * frequency * time)
-    powers = np.cumprod(np.repeat(first[:, None], _HARMONICS, axis=1), axis=1)
-    return np.hstack((powers.real, powers.imag))
+    rows = np.ones((more + 2 * _HARMONICS, len(time)))
+    power = first
+    for order in range(_HARMONICS):
+        rows[more + order], rows[more + _HARMONICS + order] = power.real, power.imag
+        power = power * first
+    return rows
 
 
 def _repeating(values: FloatArray, time: FloatArray, frequency: float) -> tuple[float, slice] | None:
@@ -163,14 +167,14 @@ def _fit(values: FloatArray, time: FloatArray, frequency: float, rows: slice) ->
     orders = np.arange(1, _HARMONICS + 1)
     # Gauss-Newton on the frequency, which the spectrum gives to a fraction of a bin.
     for _ in range(_ITERATIONS):
-        basis = np.column_stack((np.ones(len(when)), _harmonics(when, frequency)))
+        basis = _harmonics(when, frequency, more=1)
         weights = _least_squares(basis, part)
-        residual = part - basis @ weights
+        residual = part - weights @ basis
         fit = _Fit(frequency, weights, float(np.var(part)), float(np.var(residual)))
-        cosines, sines = np.split(basis[:, 1:], 2, axis=1)
+        cosines, sines = np.split(basis[1:], 2)
         of_cosines, of_sines = np.split(weights[1:], 2)
-        slope = cosines @ (orders * of_sines) - sines @ (orders * of_cosines)
-        joint = np.column_stack((basis, 2 * pi * when * slope))
+        slope = (orders * of_sines) @ cosines - (orders * of_cosines) @ sines
+        joint = np.vstack((basis, 2 * pi * when * slope))
         step = float(_least_squares(joint, residual)[-1])
         frequency += step
         if abs(step) < _EXACT * frequency:
@@ -182,7 +186,7 @@ def _steady(values: FloatArray, time: FloatArray, fit: _Fit, limit: float) -> sl
     """The rows where a fit leaves no more than `limit` in the mean square over half a cycle."""
     stride = max(1, len(values) // 4000)
     part, when = values[::stride], time[::stride]
-    residual = part - np.column_stack((np.ones(len(when)), _harmonics(when, fit.frequency))) @ fit.weights
+    residual = part - fit.weights @ _harmonics(when, fit.frequency, more=1)
     half = int(0.5 / (fit.frequency * (time[1] - time[0]) * stride))
     half = max(1, min(half, len(when) // 2))
     square = np.convolve(residual**2, np.full(half, 1.0 / half), mode="same")
@@ -211,9 +215,10 @@ def _line_beside_harmonics(
     stride = max(1, stride, len(when) // 20_000)
     when = when[::stride]
     centre = 0.5 * (when[0] + when[-1])
-    basis = np.column_stack((np.ones(len(when)), when - centre, _harmonics(when, frequency)))
+    basis = _harmonics(when, frequency, more=2)
+    basis[1] = when - centre
     # Hann weights: what is left of ramps at the ends must not tilt the line.
     weights = np.sqrt(np.hanning(len(when) + 2)[1:-1])
-    level, slope = _least_squares(basis * weights[:, None], part[::stride] * weights)[:2]
+    level, slope = _least_squares(basis * weights, part[::stride] * weights)[:2]
     result: FloatArray = level + slope * (time - centre)
     return result

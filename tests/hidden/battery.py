@@ -81,6 +81,12 @@ def campaigns(seed: int, families: str, cases: int, out: Path) -> dict:
     return hidden
 
 
+def able(python: str) -> bool:
+    """Whether that interpreter can run the opponents: asked before the long work, not after it."""
+    command = [python, "-c", "import pandas, pysindy, sysidentpy"]
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
 def opponents(python: str, out: Path, cases: list[str]) -> dict:
     """What pySINDy and sysidentpy answer to the same campaigns, by tool."""
     program = Path(__file__).with_name("opponents.py")
@@ -114,6 +120,8 @@ def main() -> int:
     parser.add_argument("--each", action="store_true", help="one line for each case, with its parameters")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
+    if args.opponents and not able(args.opponents):
+        parser.error(f"--opponents: {args.opponents} has not all of pandas, pysindy and sysidentpy")
     hidden: dict = {}
     results: dict = {}
     rivals: dict = {}
