@@ -78,7 +78,6 @@ def budget_of(
             most_noise=(1.0 + CYCLE_DOUBT) * measured,
             certain=max(over, 0.0),
         )
-    certain = judged - measured if judged > (1.0 + FEW_DOUBT) * measured else 0.0
     spectral = spectral_floor(errors, rates_hz, brought)
     # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
     usual, input_n2 = float(np.median(least)) ** 2, mean_square(brought)
@@ -89,10 +88,15 @@ def budget_of(
     doubted = min((1.0 + SPECTRAL_DOUBT) * noise, max(most, noise))
     # The sensor has at least the noise that it is known to have in some runs.
     sensor = float(sizes[known] @ np.maximum(noises - beside, 0.0)[known]) / samples
-    shared = (1.0 + CYCLE_DOUBT) * (sensor + float(np.average(beside, weights=sizes))) if known.any() else 0.0
+    everywhere = sensor + float(np.average(beside, weights=sizes))
+    shared = (1.0 + CYCLE_DOUBT) * everywhere if known.any() else 0.0
     reddest = max(red, min((1.0 + CYCLE_DOUBT) * coloured, MOST_HEARD**2) * usual + input_n2)
     highest = max(doubted, upper, min(shared, reddest))
-    certain = max(certain, _over_the_quiet(own, beside, least, sizes))
+    certain = _over_the_quiet(own, beside, least, sizes)
+    over = judged - (1.0 + FEW_DOUBT) * measured
+    if over > 0.0:  # of the few that repeat, and of all, as far as the others leave as much
+        share = float(samples / sizes.sum())
+        certain = max(certain, share * over, total - (1.0 + FEW_DOUBT) * everywhere)
     return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain)
 
 

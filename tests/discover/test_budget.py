@@ -92,6 +92,15 @@ def test_runs_that_repeat_are_held_against_their_own_noise_though_they_are_few()
     assert left(errors, floors).excess == 0.0
 
 
+def test_what_the_few_that_repeat_leave_counts_for_them_where_the_others_leave_less():
+    rng = np.random.default_rng(4)
+    errors = [coloured(rng, 0.9, 30.0 if k == 0 else 12.0) for k in range(RUNS)]
+    floors = [floor_of(e) for e in errors]
+    floors[0] = NoiseFloor(15.0, "cycles", floors[0].lower_bound_n, cycles=8)
+    own = float(np.mean(errors[0] ** 2))
+    assert left(errors, floors).certain == pytest.approx((own - 1.7 * 15.0**2) / RUNS, rel=1e-6)
+
+
 def cyclic(size_n, error):
     """A run that repeats, with a noise of that size from cycle to cycle."""
     return NoiseFloor(size_n, "cycles", floor_of(error).lower_bound_n, cycles=8)
