@@ -140,9 +140,13 @@ def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> Joi
 
 
 def without(proof: Proof, name: str, folds: Folds) -> Proof:
-    """The same model less one effect, fitted anew from where it stands."""
+    """The same model less one effect, fitted anew from where it stands.
+
+    What of the others did not move beside it may now: a spring's preload beside a constant force, say.
+    """
     bare = proof.fit.less({name})
-    return prove(_quick(bare.model, bare.theta, bare.penalties, moving(bare)), folds)
+    free = moving(bare)
+    return prove(_freed(_quick(bare.model, bare.theta, bare.penalties, free), free), folds)
 
 
 def settled(proof: Proof, folds: Folds) -> Proof:
@@ -166,12 +170,17 @@ def settled(proof: Proof, folds: Folds) -> Proof:
         fit = _quick(model, fit.theta, fit.penalties, free)
         spread = covariance(fit.solution.normal, fit.penalties, fit.solution.held)
         fit = _quick(model, fit.theta, [p.reweighed(fit.theta, spread) for p in fit.penalties], free)
-    held = np.count_nonzero(model.free() & ~free)
-    if held:
-        wider = _quick(model, fit.theta, fit.penalties, model.free())
-        if wider.total < fit.total - WORTH_FREEING * held:
-            return prove(wider, folds)
-    return prove(fit, folds) if quiet or moved else proof
+    wider = _freed(fit, free)
+    return prove(wider, folds) if quiet or moved or wider is not fit else proof
+
+
+def _freed(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:
+    """The fit with all that its effects can move, where that is worth it; itself where it is not."""
+    held = np.count_nonzero(fit.model.free() & ~free)
+    if not held:
+        return fit
+    wider = _quick(fit.model, fit.theta, fit.penalties, fit.model.free())
+    return wider if wider.total < fit.total - WORTH_FREEING * held else fit
 
 
 def _quick(

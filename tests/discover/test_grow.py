@@ -11,7 +11,7 @@ from discover.hidden import rich
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.exchange import exchanged
-from mrctl.discover.grow import WARMER, grown_by, settled, warmer
+from mrctl.discover.grow import WARMER, grown_by, settled, warmer, without
 from mrctl.discover.proof import prove
 from mrctl.identify.effects_fit import Effects
 from mrctl.model.effects.registry import effect
@@ -41,8 +41,8 @@ def test_less_an_effect_the_force_is_that_of_its_neutral_parameters(sprung):
     fit = sprung[2].fit
     neutral = np.concatenate([fit.theta[: fit.model.layout.size], np.zeros(len(SPRING))])
     bare = fit.less({"gas_spring"})
-    for force, without in zip(fit.model.predict(neutral), bare.model.predict(bare.theta), strict=True):
-        np.testing.assert_allclose(without, force, atol=1e-6)
+    for force, less in zip(fit.model.predict(neutral), bare.model.predict(bare.theta), strict=True):
+        np.testing.assert_allclose(less, force, atol=1e-6)
     assert bare.solution.held.size == bare.theta.size == bare.model.size
     assert all(p.rows.shape[1] == bare.theta.size for p in bare.penalties)
     assert [p.weight for p in bare.penalties if p.adapts] == [p.weight for p in fit.penalties if p.adapts]
@@ -79,3 +79,21 @@ def test_what_is_missing_takes_the_place_of_what_stood_in_for_it_and_not_the_oth
     assert [e.name for e in proof.fit.model.effects.chosen] == ["gas_spring"]
     assert proof.mean_square == pytest.approx(with_spring.mean_square, rel=0.05)
     assert exchanged(with_spring, inertia, [spring], evidence.folds) is None
+
+
+def test_what_an_effect_could_not_show_beside_another_it_shows_without_it(sprung):
+    evidence, base, _ = sprung
+    pushed = [replace(r, force_n=r.force_n + 60.0) for r in evidence.records]
+    model = base.fit.model.on(pushed).with_effects(Effects((effect("force_offset"), effect("gas_spring"))))
+    theta = np.concatenate(
+        [base.fit.theta, model.effects.pack({"force_offset": (0.0,), "gas_spring": SPRING})]
+    )
+    free = model.free()
+    preload = model.layout.size + 1
+    free[preload] = False  # as it is found beside a constant force, from which nothing tells it
+    fit = model.fit(theta, free=free, rounds=1, iterations=20, tolerance=1e-4)
+    both = prove(fit, evidence.folds)
+    assert fit.effect_values["gas_spring"][0] == 0.0
+    spring = without(both, "force_offset", evidence.folds)
+    assert spring.fit.effect_values["gas_spring"][0] == pytest.approx(60.0, abs=10.0)
+    assert spring.mean_square == pytest.approx(both.mean_square, rel=0.02)
