@@ -96,7 +96,8 @@ def budget_of(
     over = judged - (1.0 + FEW_DOUBT) * measured
     if over > 0.0:  # of the few that repeat, and of all, as far as the others leave as much
         share = float(samples / sizes.sum())
-        certain = max(certain, share * over, total - (1.0 + FEW_DOUBT) * everywhere)
+        others = min(total - (1.0 + FEW_DOUBT) * everywhere, judged - measured)
+        certain = max(certain, share * over, others)
     return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain)
 
 

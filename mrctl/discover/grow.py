@@ -146,7 +146,8 @@ def without(proof: Proof, name: str, folds: Folds) -> Proof:
     """
     bare = proof.fit.less({name})
     free = moving(bare)
-    return prove(_freed(_quick(bare.model, bare.theta, bare.penalties, free), free), folds)
+    fit = _quick(bare.model, bare.theta, bare.penalties, free)
+    return prove(_freed(fit, free, bare.theta), folds)
 
 
 def settled(proof: Proof, folds: Folds) -> Proof:
@@ -170,16 +171,16 @@ def settled(proof: Proof, folds: Folds) -> Proof:
         fit = _quick(model, fit.theta, fit.penalties, free)
         spread = covariance(fit.solution.normal, fit.penalties, fit.solution.held)
         fit = _quick(model, fit.theta, [p.reweighed(fit.theta, spread) for p in fit.penalties], free)
-    wider = _freed(fit, free)
+    wider = _freed(fit, free, fit.theta)
     return prove(wider, folds) if quiet or moved or wider is not fit else proof
 
 
-def _freed(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:
-    """The fit with all that its effects can move, where that is worth it; itself where it is not."""
+def _freed(fit: JointFit, free: NDArray[np.bool_], theta: Array) -> JointFit:
+    """The fit from theta with all that its effects can move, where that is worth it; else the one given."""
     held = np.count_nonzero(fit.model.free() & ~free)
     if not held:
         return fit
-    wider = _quick(fit.model, fit.theta, fit.penalties, fit.model.free())
+    wider = _quick(fit.model, theta, fit.penalties, fit.model.free())
     return wider if wider.total < fit.total - WORTH_FREEING * held else fit
 
 
