@@ -258,12 +258,15 @@ def _run_script(job: Path, *, machine: bool) -> str:
     """The wrapper of a job: environment, time-out and, unless it works beside systemd, namespaces."""
     here, python = shlex.quote(str(HERE)), shlex.quote(sys.executable)
     path = shlex.quote(str(Path(sys.executable).parent))
-    isolate = "" if machine else "unshare --net --pid --fork --kill-child --mount-proc"
+    # All that a script leaves behind comes to the first process of its namespace. That is none that waits:
+    # bash that misses its last child's end waits for one of those, which never ends.
+    isolate = """unshare --net --pid --fork --kill-child --mount-proc bash -c 'bash "$@"; exit' init"""
+    start = f"bash {here}/job.sh machine" if machine else f"{isolate} {here}/job.sh bus"
     return f"""cd {shlex.quote(str(job))} || exit 126
 export PATH={path}:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME="$PWD" LC_ALL=C.UTF-8
 export PYTHON={python} PYTHONPATH={shlex.quote(str(CHECKOUT))} PYTHONDONTWRITEBYTECODE=1 PYTHONUNBUFFERED=1
 nearly_over=$((${{1%.*}} - 2))
-exec timeout --kill-after=5 "$1" {isolate} bash {here}/job.sh {"machine" if machine else "bus"} "$nearly_over"
+exec timeout --kill-after=5 "$1" {start} "$nearly_over"
 """
 
 

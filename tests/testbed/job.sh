@@ -40,6 +40,14 @@ while kill -0 "$1"; do
   last=$now
 done'
 
+# `end PID...` asks each to end until it has: candump forgets a signal that comes before it waits for a frame.
+end() {
+  local pid
+  for pid; do
+    while kill "$pid" 2>/dev/null; do read -r -t 0.2 -u "$silence" || true; done
+  done
+}
+
 # `controls_after LINE`: whether the last state in bus.log after that line fits the script's pattern ALL_ACTIVE.
 controls_after() {
   awk -v from="$1" -v all="$ALL_ACTIVE" 'NR > from && / 200#/ {last = $0} END {exit last !~ all}' bus.log

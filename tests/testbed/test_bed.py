@@ -53,8 +53,7 @@ def tour(bus: Bed, sent: list[tuple[int, bytes]]) -> Result:
         mark up
         cansend vcan0 110#04
         sleep 0.5
-        kill "$recorder"
-        wait "$recorder" || true
+        end "$recorder"
         """
     frames = "".join(f"{can_id:X} {data.hex()}\n" for can_id, data in sent)
     return bus.run(script, files={"send.py": SEND_WITH_PYTHON, "frames.txt": frames}).checked()
@@ -102,6 +101,19 @@ def test_a_hung_script_is_ended_with_status_124_and_leaves_no_process(bus: Bed) 
     assert time.monotonic() - start_s < 30
     left = bus.run("cat /proc/[0-9]*/cmdline | tr '\\0' ' '")
     assert "432" not in left.checked().stdout
+
+
+def test_a_program_that_forgets_a_signal_is_ended_all_the_same(bus: Bed) -> None:
+    forgets = """bash -c 'trap "trap - TERM" TERM; while :; do sleep 0.1; done' & program=$!"""
+    result = bus.run(f"{forgets}\nsleep 1\nend $program\nkill -0 $program || echo gone", timeout_s=30.0)
+    assert result.checked().stdout == "gone\n"
+
+
+def test_no_script_has_to_wait_for_what_it_left_behind(bus: Bed) -> None:
+    """Only what is no child of the script can be none of its children that it waits for."""
+    result = bus.run('(sleep 4321 & echo $! >left)\nread -r left <left\nps -o ppid= -p "$left"; echo $$')
+    parent, script = result.checked().stdout.split()
+    assert parent != script
 
 
 def test_every_script_has_a_bus_of_its_own(bus: Bed) -> None:

@@ -83,8 +83,7 @@ mark ended
 echo "$status" >daemon.status
 sleep 1
 kill -0 "$plant"
-kill "$plant" "$recorder"
-wait || true
+end "$plant" "$recorder"
 """
 
 

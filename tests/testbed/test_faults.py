@@ -78,7 +78,7 @@ before=$(wc -l <daemon.log)
 ip link del vcan0
 wait_for 20 says "$before" link_gone
 sleep 1
-kill "$recorder" 2>/dev/null || true
+end "$recorder"
 ip link add vcan0 type vcan
 ip link set vcan0 up
 record
@@ -129,8 +129,7 @@ wait "$daemon" || status=$?
 echo "$status" >disk.status
 cp disk/daemon.log disk.log
 umount disk
-kill "$car" "$recorder"
-wait || true
+end "$car" "$recorder"
 """
 
 FAULTS = ("clock", "stop", "overflow", "enobufs", "deleted", "dead", "replaced", "broken", "term", "disk")

@@ -44,8 +44,7 @@ kill -TERM "$daemon"
 status=0
 wait "$daemon" || status=$?
 echo "$status" >daemon.status
-kill "$recorder"
-wait || true
+end "$recorder"
 """
 TICK_S = 1.0 / LOOP_HZ
 CYCLE_S = 1.0 / RATE_HZ

@@ -44,7 +44,7 @@ systemctl daemon-reload
 record
 apart 1 "$PYTHON" -S car.py 2>car.log & car=$!
 trap 'systemctl stop mrctl; journalctl -u mrctl --no-pager >journal.log
-  journalctl -u mrctl --no-pager -o json >journal.json; kill $car $recorder; wait' EXIT
+  journalctl -u mrctl --no-pager -o json >journal.json; end "$car" "$recorder"' EXIT
 
 main_pid() { systemctl show -P MainPID mrctl; }
 controls() { tail -n 60 bus.log | grep -qE "$ALL_ACTIVE"; }
