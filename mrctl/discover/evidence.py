@@ -16,7 +16,7 @@ from mrctl.discover.grow import Folds
 from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
-from mrctl.discover.race import TOLERANCE, with_lag_of_two, with_plain_lag
+from mrctl.discover.race import TOLERANCE
 from mrctl.discover.run_zeros import run_zeros
 from mrctl.discover.searched import at_search_rates
 from mrctl.discover.step_times import timed, trusted, without_steps
@@ -27,6 +27,7 @@ from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
+from mrctl.identify.plain_lags import with_lag_of_two, with_plain_lag
 from mrctl.identify.records import Record, possible_rise_k, records_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.proof import Proof, prove
-from mrctl.discover.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced, with_lag_of_two, with_plain_lag
+from mrctl.discover.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced
 from mrctl.discover.screen import Look, Screen, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import Penalty, weighed_as
+from mrctl.identify.plain_lags import with_lag_of_two, with_plain_lag
 from mrctl.identify.solver import covariance
 from mrctl.model.effects.base import Effect, Stage, Vector
 
@@ -120,13 +122,7 @@ def warmer(fit: JointFit) -> list[Array]:
 
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
     """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most."""
-    model = JointModel(
-        fit.model.layout,
-        fit.model.records,
-        fit.model.effects,
-        minimum_phase=True,
-        slowest_pole=fit.model.slowest_pole,
-    )
+    model = replace(fit.model, minimum_phase=True)
     model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
     lag = model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
     tangent = Tangent.of(lag)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from mrctl.discover.grow import grown_by
 from mrctl.discover.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.records import Record, possible_rise_k
@@ -90,13 +89,7 @@ def fitted(
     if not chosen and start is None:
         return base
     layout = base.model.layout
-    model = JointModel(
-        layout,
-        records,
-        Effects(tuple(chosen)),
-        minimum_phase=bool(chosen),
-        slowest_pole=base.model.slowest_pole,
-    )
+    model = replace(base.model, records=records, effects=Effects(tuple(chosen)), minimum_phase=bool(chosen))
     mask = model.free()
     if free is not None and chosen:
         own = [flag for e in chosen for flag in free.get(e.name, [not p.held for p in e.parameters])]

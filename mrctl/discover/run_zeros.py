@@ -22,12 +22,8 @@ CHANCE = 1e-4  # that runs of one zero differ so
 LARGEST = 0.01  # of the largest force: no load cell wanders further, and the model is wrong
 FULL_SCALE = 0.995  # quantile of the absolute force that counts as the largest
 BY_CONDITION = 0.01  # chance that zeros go with a condition of the runs as they do; less is physics
-SAME = {
-    "current_a": 1e-3,
-    "temperature_c": 0.01,
-    "velocity_m_s": 1e-4,
-    "displacement_m": 1e-5,
-}  # no condition
+# Ranges over the runs that are no condition.
+SAME = {"current_a": 1e-3, "temperature_c": 0.01, "velocity_m_s": 1e-4, "displacement_m": 1e-5}
 COMMON = 3.0  # standard errors of the mean zero, above which it is an offset of all runs
 
 

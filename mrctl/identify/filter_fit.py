@@ -137,13 +137,10 @@ def _logs(den: Array) -> Array:
 
 def _cubic_logs(dens: list[Array]) -> Array:
     """Log p, log q, log c0 of (s + p)(s² + c0 / q s + c0)."""
-    if len(dens) == 2:
-        pair, real = dens if dens[0].size == 3 else dens[::-1]
-        factors = [real[1], pair[2] / pair[1], pair[2]]
-    else:
-        alone, one, other = (float(d[1]) for d in dens)
-        factors = [alone, one * other / (one + other), one * other]
-    return np.asarray(np.log(factors), dtype=np.float64)
+    if len(dens) == 3:
+        dens = [dens[0], np.convolve(dens[1], dens[2])]
+    real, pair = sorted(dens, key=len)
+    return np.concatenate([_logs(real), _logs(pair)])
 
 
 def fit_filter(

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import hysteresis
-from mrctl.identify.joint import SLOWEST_POLE, JointModel
+from mrctl.identify.joint import SLOWEST_POLE
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.noise import correlation_inflation
+from mrctl.identify.plain_lags import with_plain_lag
 from mrctl.identify.records import Record
-from mrctl.model.filters import ORDER
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,6 @@ STILL_POWER = 0.01  # of a record's strongest: less is no motion
 GRANTED = 1.5  # times the mean square without such poles, before they are taken for real, ...
 GRANTED_NOISE = 1.05  # ... or this, where with them nothing but white noise is left
 WHITE = 1.5  # correlation inflation of residuals that may pass for it
-PLAIN_LAG_HZ = 20.0
 
 
 def within_reach(fit: JointFit, rounds: int, iterations: int) -> JointFit:
@@ -36,17 +36,13 @@ def within_reach(fit: JointFit, rounds: int, iterations: int) -> JointFit:
     slowest = max(
         SLOWEST_POLE, SLOWER * slowest_motion_hz(model.records) * 2.0 * np.pi / hysteresis.UNIT_RAD_S
     )
-    bounded = JointModel(model.layout, model.records, model.effects, model.minimum_phase, slowest)
+    bounded = replace(model, slowest_pole=slowest)
     lower, _ = bounded.bounds()
     if np.all(fit.theta >= lower):
         bounded.noise_n, bounded.weights = model.noise_n, model.weights
         return JointFit(bounded, fit.solution, fit.penalties)
-    starts = [np.maximum(fit.theta, lower)]
-    if model.layout.order == ORDER:
-        starts.append(fit.theta.copy())
-        starts[-1][model.layout.parts["filter"]] = hysteresis.lag(PLAIN_LAG_HZ)
     fits = []
-    for theta in starts:
+    for theta in (np.maximum(fit.theta, lower), with_plain_lag(model, fit.theta)):
         bounded.reweigh(theta)
         fits.append(bounded.fit(theta, penalties=fit.penalties, rounds=rounds, iterations=iterations))
     best = min(fits, key=misfit)
