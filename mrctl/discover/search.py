@@ -99,6 +99,7 @@ def search_level(
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage not in DEAR_TOGETHER]
         few = looks(frozen, cheap)[:MOST_SECOND]
+        few = [one for one in few if one.gain > NEAR * few[0].gain]
         for trial in in_parallel(partial(tried, before, frozen, folds), few):
             same = next((t for t in trials if t.effect.name == trial.effect.name), None)
             if same is None or trial.proof.mean_square < same.proof.mean_square:

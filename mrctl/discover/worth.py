@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.elsewhere import elsewhere
 from mrctl.discover.proof import Proof
 
@@ -23,6 +25,8 @@ LATER_LEFT = 0.6  # or of what is still left over the noise, ...
 LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
 NEARLY_ALL, NEARLY_ALL_LEAST = 0.9, 0.01  # ... or this where it is that much of what is left, ...
 LATER_CLEARING = 0.004  # ... or this where with it nothing but noise is left; ...
+STEADY_LEFT = 0.3  # ... or this much of what is left, if at all conditions it has one size, ...
+STEADY, STEADY_SIGNALS = 0.1, 4  # ... which is to say to this share, over so many signals; ...
 ELSEWHERE = 0.3  # ... each takes this much, relative to all, where those found before are silent, ...
 MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, ...
 MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are silent so much of the time
@@ -49,11 +53,18 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
     It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
-    or nothing but noise is left with it and more was without. Where the earlier ones are silent at times, a
-    small one must act there too; where they mostly are (a stop), what it takes there is judged by itself.
+    or nothing but noise is left with it and more was without; or it has one size at all conditions, as no
+    patch has. Where the earlier ones are silent at times, a small one must act there too; where they mostly
+    are (a stop), what it takes there is judged by itself. And where nothing but noise may be left, it must
+    not have another size at other conditions.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
+    before = evidence.budget(here.fit)
+    certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here)
+    changes = changes_of(best.fit, [best.effect])
+    if not certain and any(change.certain for change in changes):
+        return False
     if taken > LATER_SHARE * every:
         return True
     found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
@@ -63,17 +74,24 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     apart = beside is not None and beside.to_all > MOSTLY_ELSEWHERE
     if apart and beside is not None and beside.samples > MOSTLY_SILENT and beside.of_left > LEAST_SHARE:
         return True
-    before, after = evidence.budget(here.fit), evidence.budget(best.fit)
+    after = evidence.budget(best.fit)
     left = before.total - after.noise
     # Not what it takes right after steps of the current, where a budget does not look.
     aside = min(taken, before.total - after.total)
-    if aside > NEARLY_ALL * left > 0.0 and taken > NEARLY_ALL_LEAST * every:
-        return True
-    certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here)
-    if aside > LATER_LEFT * left:
-        return (certain and apart) or taken > LATER_LEAST * every
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
-    return certain and cleared and taken > LATER_CLEARING * every
+    most = aside > LATER_LEFT * left
+    reasons = (
+        aside > NEARLY_ALL * left > 0.0 and taken > NEARLY_ALL_LEAST * every,
+        most and ((certain and apart) or taken > LATER_LEAST * every),
+        certain and aside > STEADY_LEFT * left and are_steady(changes),
+        certain and cleared and not most and taken > LATER_CLEARING * every,
+    )
+    return any(reasons)
+
+
+def are_steady(changes: Sequence[Change]) -> bool:
+    """Whether an effect is known to have one size wherever the campaign went."""
+    return len(changes) >= STEADY_SIGNALS and all(c.size + 2.0 * c.error < STEADY for c in changes)
 
 
 def force_n2(proof: Proof) -> float:

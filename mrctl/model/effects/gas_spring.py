@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo, Vector
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 REFERENCE_C = 25.0
 SMALLEST_VOLUME = 0.1  # the gas is never compressed below this share of its volume
+LONGEST_COLUMN_M = 3.0  # V0/A: a preload that hardly rises with stroke is no gas's
 
 
 def step(
@@ -24,6 +25,11 @@ def step(
     """The gas force in N."""
     volume = max(1.0 - p[2] * displacement_m, SMALLEST_VOLUME)
     return p[0] + p[1] * displacement_m / volume + p[3] * (temperature_c - REFERENCE_C)
+
+
+def _plausible(p: Vector, _: Ranges) -> bool:
+    """Whether the force rises with stroke as a gas's must: by its preload in a column's length at least."""
+    return p[1] * LONGEST_COLUMN_M > abs(p[0])
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
@@ -73,4 +79,5 @@ EFFECT = Effect(
     inverse_note="Its force at the measured displacement is taken off the wish.",
     needs=frozenset({"displacement"}),
     derived=_derived,
+    plausible=_plausible,
 )

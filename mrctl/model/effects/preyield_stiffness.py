@@ -171,7 +171,7 @@ EFFECT = Effect(
             "1",
             0.0,
             0.0,
-            1.0,
+            10.0,
             0.0,
             "part beside g, full once yielded at any speed",
             0.05,
