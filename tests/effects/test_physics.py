@@ -456,3 +456,13 @@ def test_an_off_state_is_over_below_the_currents_at_which_a_damper_is_on(fade_a,
     reach = Ranges(displacement_m=0.03, velocity_m_s=0.5, current_a=largest_a, force_n=2000.0)
     assert effect.plausible is not None
     assert effect.plausible((-0.5, 1.0, 0.1, fade_a), reach) is is_one
+
+
+@pytest.mark.parametrize(
+    ("preload_n", "stiffness_n_m", "is_one"),
+    [(0.0, 800.0, True), (-150.0, 900.0, True), (-17.5, 1.5, False), (40.0, 0.0, False)],
+)
+def test_a_gas_spring_rises_with_stroke(preload_n, stiffness_n_m, is_one):
+    effect = effects()["gas_spring"]
+    assert effect.plausible is not None
+    assert effect.plausible((preload_n, stiffness_n_m, 0.0, 0.0), Ranges(0.03, 0.5, 2.0, 1e3)) is is_one

@@ -1,0 +1,64 @@
+"""What makes a later effect more than a patch on the form of the first: its size, or that it has one size."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mrctl.discover import worth
+from mrctl.discover.budget import Budget
+from mrctl.discover.constancy import Change
+from mrctl.discover.worth import are_steady, matters
+
+SIGNALS = ("current", "velocity", "stroke", "temperature", "frequency")
+
+
+def _changes(size, error=0.01):
+    return [Change("viscous_damping", name, 1.0 + size, error) for name in SIGNALS]
+
+
+def _proof(mean_square):
+    records = [SimpleNamespace(force_n=np.full(10, 500.0))]
+    model = SimpleNamespace(records=records, effects=SimpleNamespace(chosen=()))
+    return SimpleNamespace(mean_square=mean_square, fit=SimpleNamespace(model=model))
+
+
+def _asked(monkeypatch, changes, before_n2, after_n2, noise_n2=25.0):
+    """Whether an effect matters that takes a first one's rest from one mean square to another; base: 1e4."""
+    monkeypatch.setattr(worth, "changes_of", lambda _fit, _chosen: changes)
+    monkeypatch.setattr(worth, "elsewhere", lambda *_: None)
+
+    def budget(fit):
+        left = before_n2 if fit is here.fit else after_n2
+        return Budget(left, left, noise_n2, measured=True, most_noise=1.25 * noise_n2)
+
+    here = _proof(before_n2)
+    best = SimpleNamespace(effect=None, proof=_proof(after_n2), fit=None)
+    best.fit = best.proof.fit
+    return matters(SimpleNamespace(budget=budget), _proof(1e4), here, best)
+
+
+def test_a_percent_of_all_counts_where_it_has_one_size_everywhere(monkeypatch):
+    assert _asked(monkeypatch, _changes(0.02), 200.0, 90.0)
+
+
+@pytest.mark.parametrize("changes", [_changes(0.12), _changes(0.02, error=0.06), _changes(0.02)[:3], []])
+def test_nor_where_it_changes_or_that_is_not_known(monkeypatch, changes):
+    assert not _asked(monkeypatch, changes, 200.0, 90.0)
+
+
+def test_little_of_what_is_left_is_little_whatever_its_size(monkeypatch):
+    assert not _asked(monkeypatch, _changes(0.0), 200.0, 170.0)
+
+
+def test_where_nothing_but_noise_may_be_left_what_changes_is_a_patch(monkeypatch):
+    assert _asked(monkeypatch, _changes(0.02), 1000.0, 26.0)
+    assert _asked(monkeypatch, _changes(0.3), 1000.0, 26.0)  # it takes far more than noise can be
+    assert not _asked(monkeypatch, _changes(0.3), 1000.0, 26.0, noise_n2=900.0)
+
+
+def test_steady_is_what_all_of_several_signals_say():
+    assert are_steady(_changes(0.05))
+    assert not are_steady([*_changes(0.01), Change("viscous_damping", "time", 0.8, 0.01)])
