@@ -122,7 +122,7 @@ def _stroke(p, case):
 
 
 def _preyield(p, case):
-    names = ("yield_length_m", "compliance_m_n", "creep", "share", "plastic", "rounded")
+    names = ("yield_length_m", "compliance_m_n", "creep", "share", "plastic", "rounded", "sharp")
     other = (
         "memory of the saturating part of g alone" if p["PY"] == 1 else "a spring before that part of g alone"
     )

@@ -19,7 +19,11 @@ SMALL = 1e-5
 
 @pytest.mark.parametrize(
     "p",
-    [(5e-4, 0.0, 0.0, 1.0, 0.0, 0.0), (2e-4, 3e-7, 0.6, 0.7, 0.2, 0.4), (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0)],
+    [
+        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
+        (2e-4, 3e-7, 0.6, 0.7, 0.2, 0.4, 0.3),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0),
+    ],
     ids=["elastic", "all of it", "plastic"],
 )
 @pytest.mark.parametrize("times", [1, 2], ids=["once", "two effects in a row"])

@@ -39,7 +39,8 @@ def step(
     s[1] = shape
     s[2] = _saturated(s[2], length, velocity_m_s, dt_s)
     s[3] = _rounded(s[3], length, velocity_m_s, dt_s)
-    return _together(p, shape, elastic, s[2], s[3]) * level_n
+    s[4] = _sharp(s[4], length, velocity_m_s, dt_s)
+    return _together(p, shape, elastic, s[2], s[3], s[4]) * level_n
 
 
 def start(
@@ -52,7 +53,7 @@ def start(
 ) -> list[float]:
     """Yielded: the elastic shape is the static one, the plastic part as the motion; at rest it is 0."""
     sign = math.copysign(1.0, velocity_m_s) if velocity_m_s != 0.0 else 0.0
-    return [force_n / level_n, force_n / level_n, sign, sign]
+    return [force_n / level_n, force_n / level_n, sign, sign, sign]
 
 
 def undo(
@@ -73,7 +74,8 @@ def undo(
     if length > 0.0:
         elastic += (s[0] - shape) * math.exp(-_way(p, length, shape, velocity_m_s, dt_s))
     plastic = _saturated(s[2], length, velocity_m_s, dt_s)
-    made = _together(p, shape, elastic, plastic, _rounded(s[3], length, velocity_m_s, dt_s))
+    rounded = _rounded(s[3], length, velocity_m_s, dt_s)
+    made = _together(p, shape, elastic, plastic, rounded, _sharp(s[4], length, velocity_m_s, dt_s))
     if abs(shape) >= LARGEST_GAIN * abs(made):
         return wanted_n * math.copysign(LARGEST_GAIN, shape * made)
     return wanted_n * shape / made
@@ -106,19 +108,28 @@ def _rounded(before: float, length_m: float, velocity_m_s: float, dt_s: float) -
     return sign * share
 
 
-def _together(p: Sequence[float], shape: float, elastic: float, plastic: float, rounded: float) -> float:
+def _sharp(before: float, length_m: float, velocity_m_s: float, dt_s: float) -> float:
+    """The same as n grows: straight until it yields, at once. Exact."""
+    return min(max(before + velocity_m_s * dt_s / max(length_m, SHORTEST_M), -1.0), 1.0)
+
+
+def _together(
+    p: Sequence[float], shape: float, elastic: float, plastic: float, rounded: float, sharp: float
+) -> float:
     """The force over f h."""
-    return (1.0 - p[3]) * shape + p[3] * elastic + p[4] * ((1.0 - p[5]) * plastic + p[5] * rounded)
+    smooth = (1.0 - p[5]) * plastic + p[5] * rounded
+    return (1.0 - p[3]) * shape + p[3] * elastic + p[4] * ((1.0 - p[6]) * smooth + p[6] * sharp)
 
 
 def _guesses(_: Ranges) -> list[Vector]:
     # The shape itself turns round, or a part beside it, which g then does not hold: as in Bouc-Wen.
     return [
-        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0),
-        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.1, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0),
-        (5e-4, 0.0, 0.0, 0.0, 0.3, 1.0),
+        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
+        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0),
+        (5e-4, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 1.0),
     ]
 
 
@@ -135,18 +146,20 @@ EFFECT = Effect(
     stage=Stage.YIELD,
     summary="After a reversal the force turns round over a length, not at once: the fluid is elastic first.",
     equation=(
-        "F = f h ((1 - share) g + share z + plastic ((1 - rounded) y + rounded u)), "
+        "F = f h ((1 - share) g + share z "
+        "+ plastic ((1 - sharp) ((1 - rounded) y + rounded u) + sharp w)), "
         "dz/dt = |v| (g - z) / (|g|^creep length), dy/dt = |v| (sign(v) - y) / length, "
-        "du/dt = (v - (v |u| + |v| u) |u| / 2) / length, length = yield_length + compliance f h; "
-        f"for y and u at least {SHORTEST_M:g} m"
+        "du/dt = (v - (v |u| + |v| u) |u| / 2) / length, dw/dt = v / length within -1 to 1, "
+        f"length = yield_length + compliance f h; for y, u and w at least {SHORTEST_M:g} m"
     ),
     source=(
         "Dahl, AIAA Journal 14 (1976); for MR dampers Ikhouane, Dyke, Smart Mater. Struct. 16 (2007). "
         "creep 0: Dahl, turning round over a length; 1: Maxwell, a spring in series with the fluid, whose "
         "flow at z is taken along the chord of g. "
         "y: Wen, J. Eng. Mech. Div. ASCE 102 (1976), with n = 1 and beta = 0, which is Dahl's; u: with n = 2 "
-        "and beta = gamma; with share 0 they stand beside what follows the velocity at once, as in Spencer "
-        "et al., J. Eng. Mech. 123 (1997). "
+        "and beta = gamma; w: as n grows, a spring before Coulomb's friction, as in series with Bingham's "
+        "damper; with share 0 they stand beside what follows the velocity at once, as in Spencer et al., "
+        "J. Eng. Mech. 123 (1997). "
         "yield_length: the same strain at all currents, as in Bouc-Wen; compliance: the same stiffness."
     ),
     parameters=(
@@ -190,6 +203,18 @@ EFFECT = Effect(
             linear=True,
             optional=True,
         ),
+        Parameter(
+            "sharp",
+            "1",
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            "share of that part which is elastic until it yields, at once",
+            0.3,
+            linear=True,
+            optional=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"stroke", "velocity"}),
@@ -206,6 +231,7 @@ EFFECT = Effect(
         "shape g of the sample before",
         "plastic part y, -1 to 1",
         "rounded part u, -1 to 1",
+        "sharp part w, -1 to 1",
     ),
     undo=undo,
     guesses=_guesses,
