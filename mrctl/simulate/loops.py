@@ -223,7 +223,7 @@ def yield_slopes(step: Step) -> Step:
     """The loop over how a yield effect's step moves, by differences along its own path.
 
     `small` (2 + k) are the differences of force, level and of each of the k states in `s` (m, k);
-    `out` (1 + k, 2 + k, n): how the force, and each state that the step leaves, move with each of them.
+    `out` (n, 1 + k, 2 + k): how the force, and each state that the step leaves, move with each of them.
     """
 
     def loop(
@@ -243,9 +243,9 @@ def yield_slopes(step: Step) -> Step:
                         there[c - 2] += small[c]
                     by_force, by_level = small[0] * (c == 0), small[1] * (c == 1)
                     moved = step(p, there, f + by_force, v, x, level + by_level, dt_s)
-                    out[0, c, k] = (moved - here) / small[c]
+                    out[k, 0, c] = (moved - here) / small[c]
                     for i in range(own.size):
-                        out[1 + i, c, k] = (there[i] - own[i]) / small[c]
+                        out[k, 1 + i, c] = (there[i] - own[i]) / small[c]
 
     return loop
 
@@ -266,12 +266,12 @@ def carried(step: Step) -> Step:
 
 def linear_step(by: Array, s: Array, k: int, force_n: float, level_n: float, after: Array) -> float:
     """A small change through sample k's slopes, as `yield_slopes` has them; the states' goes to `after`."""
-    force: float = by[0, 0, k] * force_n + by[0, 1, k] * level_n
+    force: float = by[k, 0, 0] * force_n + by[k, 0, 1] * level_n
     for i in range(s.size):
-        force += by[0, 2 + i, k] * s[i]
-        after[i] = by[1 + i, 0, k] * force_n + by[1 + i, 1, k] * level_n
+        force += by[k, 0, 2 + i] * s[i]
+        after[i] = by[k, 1 + i, 0] * force_n + by[k, 1 + i, 1] * level_n
         for c in range(s.size):
-            after[i] += by[1 + i, 2 + c, k] * s[c]
+            after[i] += by[k, 1 + i, 2 + c] * s[c]
     return force
 
 

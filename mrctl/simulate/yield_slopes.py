@@ -32,7 +32,7 @@ def yield_slopes(
     for place, (effect, p) in enumerate(chosen):
         if place:
             signals = yielding([chosen[place - 1]], *signals, dt_s, starts), *signals[1:]
-        by, first = _step_slopes(effect, p, signals, dt_s, starts)
+        by, first = _heard(*_step_slopes(effect, p, signals, dt_s, starts))
         behind = np.empty_like(rows)
         for k, row in enumerate(rows):
             level = level_rows[k] if k < level_rows.shape[0] else still
@@ -45,7 +45,7 @@ def yield_slopes(
 def _step_slopes(
     effect: Effect, p: Vector, signals: Signals, dt_s: float, starts: Ints
 ) -> tuple[Array, Array]:
-    """Slopes of force and states by force, level and states (1 + k, 2 + k, n); of first states (m, k, 2)."""
+    """Slopes of force and states by force, level and states (n, 1 + k, 2 + k); of first states (m, k, 2)."""
     force, velocity, displacement, level = (x[starts[:-1]] for x in signals)
 
     def initial(by: float, level_by: float) -> Array:
@@ -59,9 +59,22 @@ def _step_slopes(
     compiled(loops.yield_peaks, effect.step, f"{effect.name}_peaks")(p, states.copy(), *rest, peaks)
     small = STEP * np.array([_size(signals[0]), _size(signals[3]), *np.where(peaks > 0.0, peaks, 1.0)])
     first = [(initial(small[0], 0.0) - states) / small[0], (initial(0.0, small[1]) - states) / small[1]]
-    by = np.empty((1 + size, 2 + size, signals[0].size))
+    by = np.empty((signals[0].size, 1 + size, 2 + size))
     compiled(loops.yield_slopes, effect.step, f"{effect.name}_slopes")(p, states, *rest, small, by)
     return by, np.stack(first, axis=-1)
+
+
+def _heard(by: Array, first: Array) -> tuple[Array, Array]:
+    """The same of those states alone that a change before the stage moves and that the force hears of."""
+    size = first.shape[1]
+    touches = np.any(by != 0.0, axis=0)
+    each = touches[1:, 2:] | np.eye(size, dtype=bool)  # state by state
+    moved, heard = touches[1:, :2].any(axis=1) | np.any(first != 0.0, axis=(0, 2)), touches[0, 2:]
+    for _ in range(size):
+        moved, heard = each @ moved, each.T @ heard
+    keep = np.flatnonzero(moved & heard)
+    rows, columns = np.concatenate([[0], 1 + keep]), np.concatenate([[0, 1], 2 + keep])
+    return np.ascontiguousarray(by[:, rows[:, None], columns]), np.ascontiguousarray(first[:, keep])
 
 
 def _size(x: Array) -> float:

@@ -30,16 +30,17 @@ def step(
         return force_n
     shape = force_n / level_n
     elastic = shape
-    if length > 0.0:
+    if length > 0.0 and p[3] > 0.0:
         way = _way(p, length, shape, velocity_m_s, dt_s)
         decay = math.exp(-way)
         mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
         elastic = shape - (shape - s[1]) * mean + (s[0] - s[1]) * decay
     s[0] = elastic
     s[1] = shape
-    s[2] = _saturated(s[2], length, velocity_m_s, dt_s)
-    s[3] = _rounded(s[3], length, velocity_m_s, dt_s)
-    s[4] = _sharp(s[4], length, velocity_m_s, dt_s)
+    if p[4] > 0.0:  # else nothing hangs on them
+        s[2] = _saturated(s[2], length, velocity_m_s, dt_s)
+        s[3] = _rounded(s[3], length, velocity_m_s, dt_s)
+        s[4] = _sharp(s[4], length, velocity_m_s, dt_s)
     return _together(p, shape, elastic, s[2], s[3], s[4]) * level_n
 
 
