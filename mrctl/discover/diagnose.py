@@ -230,5 +230,6 @@ def _proposal(named: list[Found], colour: float) -> NextRun | None:
     for one in named:
         if one.rivals:
             rivals = [known[r.name] for r in one.rivals]
-            return propose(one.trial.fit, one.trial.effect, rivals, colour)
+            other = any(r.other_current for r in one.rivals)
+            return propose(one.trial.fit, one.trial.effect, rivals, colour, other_current=other)
     return None

@@ -52,7 +52,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
         np.concatenate([fit.theta, 0.7 * neutral + 0.3 * own]),
         np.concatenate([fit.theta, 0.98 * neutral + 0.02 * own]),
     ]
-    few = before.few.with_effects(model.effects)
+    few = before.few(effect).with_effects(model.effects)
     heat, fitted = (
         partial(
             on.fit,

@@ -60,14 +60,20 @@ class NextRun:
         }
 
 
-def propose(fit: JointFit, chosen: Effect, rivals: Sequence[Effect], colour: float) -> NextRun | None:
+def propose(
+    fit: JointFit, chosen: Effect, rivals: Sequence[Effect], colour: float, *, other_current: bool = False
+) -> NextRun | None:
     """The best next run within the speeds, strokes, currents and temperatures of the campaign.
 
-    fit: base with `chosen`; colour: samples that count as one. None where no run would separate them.
+    fit: base with `chosen`; colour: samples that count as one; other_current: only a current that is not the
+    campaign's one tells them apart. None where no run would separate them.
     """
     best: NextRun | None = None
     others = [_Alternative(fit, chosen, rival) for rival in rivals]
+    high = max(float(r.current_a.max()) for r in fit.model.records)
     for amplitude, hz, current, record in _proposals(fit.model):
+        if other_current and float(record.current_a.min()) == high:
+            continue
         scores = [other.separation(record) / np.sqrt(colour) for other in others]
         if best is None or min(scores) > best.separation:
             names = (chosen.name, *(r.name for r in rivals))

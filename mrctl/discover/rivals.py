@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from mrctl.discover.screen import Look, Screen
 from mrctl.discover.search import Level, Trial
 from mrctl.discover.tangent import Tangent
+from mrctl.identify.effects_fit import bare_damper
+from mrctl.simulate import stages
 
 Array = NDArray[np.float64]
 
@@ -21,6 +23,7 @@ BLOCKED = 0.1  # of the found effect's gain: what takes less, was held back
 AS_GOOD, AS_GOOD_SHARE = 1.01, 0.98  # of the mean square left, of that taken: a smaller effect does it too
 CONTAINED = 0.99  # as SAME_DIRECTION, where one effect is a special case of the other
 SAME_REMOVED = 0.97  # of what the found effect takes off, where neither reaches the noise
+STEADY_LEVEL = 0.15  # spread of f h over its median: in less, only an exact form tells what hangs on it
 FORM_SHARE, FORM_LEFT = 0.985, 1.03  # of what is taken and left: nearer, and only an exact form would tell
 
 
@@ -30,6 +33,7 @@ class Rival:
 
     name: str
     why: str
+    other_current: bool = False  # no run at the campaign's own tells it apart
 
 
 def simplest(best: Trial, level: Level, allowed: Sequence[Trial]) -> Trial:
@@ -74,17 +78,39 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
             found[name] = Rival(name, "it removes as much of the error, and neither reaches the noise")
         elif _as_near(chosen, other, level):
             found[name] = Rival(name, "it leaves hardly more: only exact forms would tell them apart")
+    why = "in this campaign its force has the same course, whatever its size and sign"
+    for name in _still_alike(chosen, _alike(chosen, level, {*found, *larger})):
+        found[name] = Rival(name, why)
+    for name in sorted(_alike_at_one_level(chosen, level) - set(found)):
+        why = "at one f h it is the same: only another current tells them apart"
+        found[name] = Rival(name, why, other_current=True)
+    return list(found.values())
+
+
+def _alike(chosen: Trial, level: Level, known: set[str]) -> list[Look]:
+    """Looks, but for known ones, at a force of the same course that bounds kept from fitting as well."""
     own = next(one for one in level.looks if one.effect.name == chosen.effect.name)
     alike = []
     for look in level.looks:
-        if look.effect.name in {chosen.effect.name, *found, *larger} or not look.plausible:
+        if look.effect.name in {chosen.effect.name, *known} or not look.plausible:
             continue
         fits = next((t.gain for t in level.trials if t.effect.name == look.effect.name), 0.0)
         blocked = fits < BLOCKED * chosen.gain  # by its bounds: as itself it was not seen to fit worse
         if blocked and same_direction(own, look) >= SAME_DIRECTION:
             alike.append(look)
-    why = "in this campaign its force has the same course, whatever its size and sign"
-    return [*found.values(), *(Rival(name, why) for name in _still_alike(chosen, alike))]
+    return alike
+
+
+def _alike_at_one_level(chosen: Trial, level: Level) -> set[str]:
+    """The candidates that only another f h would tell from an effect; none where f h varies."""
+    names = chosen.effect.alike_at_one_level & {one.effect.name for one in level.looks}
+    if not names:
+        return set()
+    model = chosen.fit.model
+    tables = bare_damper(model.layout, chosen.fit.tables, model.records[0].rate_hz).static
+    levels = [stages.level(r.current_a, r.temperature_c, tables) for r in model.records]
+    low, middle, high = np.quantile(np.concatenate(levels), (0.02, 0.5, 0.98))
+    return set(names) if high - low < STEADY_LEVEL * middle else set()
 
 
 def _still_alike(chosen: Trial, alike: Sequence[Look]) -> list[str]:

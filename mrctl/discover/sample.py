@@ -3,35 +3,64 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify.joint import JointModel
+from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
 
 ENOUGH = 8000  # weighed samples
+PIECE = ENOUGH // 4  # of a record that is longer than that
 _SEED = 1  # of the order in which records come that nothing else speaks for: not that of the files
 
 
-def sampled(model: JointModel, theta: Array) -> JointModel:
+def sampled(model: JointModel, theta: Array, *, whole: bool = False) -> JointModel:
     """The model on the records that it fits worst and on others by lot, half and half; all if they are few.
 
-    An effect that acts in few records leaves its error there. Weights stay as they are.
+    An effect that acts in few records leaves its error there. Records that are longer than all that is wanted
+    count as several; whole: not so, for what remembers as long, as warmth does. Weights stay as they are.
     """
     residuals = model.residuals(theta)
-    sizes = [max(r.size, 1) for r in residuals]
-    if sum(sizes) <= 1.5 * ENOUGH:
+    if sum(r.size for r in residuals) <= 1.5 * ENOUGH:
         return model
-    squares = [w * float(r @ r) / max(r.size, 1) for w, r in zip(model.weights, residuals, strict=True)]
+    pieces: list[Record] = []
+    errors: list[Array] = []
+    owners: list[int] = []
+    for number, (record, rest) in enumerate(zip(model.records, residuals, strict=True)):
+        factor = model.factor(record)
+        long = not whole and len(record) // factor > ENOUGH
+        count = rest.size // PIECE if long else 1
+        pieces += _cut(record, factor, count)
+        errors += np.array_split(rest, count)
+        owners += [number] * count
+    sizes = [max(e.size, 1) for e in errors]
+    squares = [
+        model.weights[k] * float(e @ e) / size for k, e, size in zip(owners, errors, sizes, strict=True)
+    ]
     worst = np.argsort(squares)[::-1].tolist()
     taken = _up_to(worst, sizes, ENOUGH // 2)
     lot = [k for k in np.random.default_rng(_SEED).permutation(len(sizes)).tolist() if k not in taken]
     taken = sorted([*taken, *_up_to(lot, sizes, ENOUGH - sum(sizes[k] for k in taken))])
-    few = model.on([model.records[k] for k in taken])
-    few.weights, few.noise_n = model.weights[taken], model.noise_n[taken]
+    few = model.on([pieces[k] for k in taken])
+    of = [owners[k] for k in taken]
+    few.weights, few.noise_n = model.weights[of], model.noise_n[of]
     return few
+
+
+def has_long(model: JointModel) -> bool:
+    """Whether a record is longer than all that is wanted."""
+    return any(len(r) // model.factor(r) > ENOUGH for r in model.records)
+
+
+def _cut(record: Record, factor: int, count: int) -> list[Record]:
+    """The record in so many parts, between samples that are weighed together."""
+    ends = np.linspace(0, len(record) // factor, count + 1).astype(int) * factor
+    ends[-1] = len(record)
+    return [record.part(a, b) for a, b in pairwise(ends.tolist())] if count > 1 else [record]
 
 
 def _up_to(order: Sequence[int], sizes: Sequence[int], most: int) -> list[int]:

@@ -247,13 +247,20 @@ def _bounded_step(normal: Array, right: Array, lower: Array, upper: Array) -> Ar
 def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely."""
     ranges = ranges_of(tangent.fit.model)
-    few = tangent.glance()
-    glances = [
-        sorted(one, key=lambda g: -g[0]) for one in in_parallel(Screen(few, ranges).glance, candidates)
-    ]
+    whole = float(tangent.residual @ tangent.residual)
+
+    parts = [tangent.glance(effect) for effect in candidates]
+    few = {id(part): Screen(part, ranges) for part in parts}
+
+    def glance(place: int) -> list[tuple[float, Vector]]:
+        rest = parts[place].residual
+        more = whole / max(float(rest @ rest), 1e-30)
+        promised = few[id(parts[place])].glance(candidates[place])
+        return sorted(((more * promise, start) for promise, start in promised), key=lambda g: -g[0])
+
+    glances = in_parallel(glance, range(len(candidates)))
     order = sorted(range(len(candidates)), key=lambda k: -glances[k][0][0])
     screen = Screen(tangent, ranges)
-    more = float(tangent.residual @ tangent.residual) / max(float(few.residual @ few.residual), 1e-30)
 
     def look(place: int) -> Look:
         effect, glanced = candidates[order[place]], glances[order[place]]
@@ -262,7 +269,7 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
         found: list[Look] = []
         for promise, start in glanced[:STARTS]:
             found.append(screen.climb(effect, start))
-            if found[-1].gain >= KEPT * promise * more:
+            if found[-1].gain >= KEPT * promise:
                 break
         return max(found, key=lambda one: one.gain)
 

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from mrctl.discover.sample import sampled
+from mrctl.discover.sample import has_long, sampled
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import total_weight
+from mrctl.model.effects.base import Effect, Stage
 
 Array = NDArray[np.float64]
 
@@ -40,16 +41,39 @@ class Tangent:
     upper: Array
     frozen: bool = False
 
+    def few(self, beside: Effect) -> JointModel:
+        """The model on as much data as is enough to choose by, when that effect may come to it."""
+        return self._pieces if self._forgets(beside) else self._whole
+
+    def glance(self, beside: Effect) -> Tangent:
+        """The tangent on that much data; itself where that is all."""
+        return self._pieces_glance if self._forgets(beside) else self._whole_glance
+
+    def _forgets(self, beside: Effect) -> bool:
+        """Whether a long record may be cut: nothing in the model remembers as long."""
+        chosen = self.fit.model.effects.chosen
+        return has_long(self.fit.model) and all(e.stage is not Stage.TEMPERATURE for e in (*chosen, beside))
+
     @cached_property
-    def few(self) -> JointModel:
-        """The model on as much data as is enough to choose by."""
+    def _whole(self) -> JointModel:
+        return sampled(self.fit.model, self.fit.theta, whole=True)
+
+    @cached_property
+    def _pieces(self) -> JointModel:
         return sampled(self.fit.model, self.fit.theta)
 
-    def glance(self) -> Tangent:
-        """The tangent on that much data; itself where that is all."""
-        if self.few is self.fit.model:
+    @cached_property
+    def _whole_glance(self) -> Tangent:
+        return self._on(self._whole)
+
+    @cached_property
+    def _pieces_glance(self) -> Tangent:
+        return self._on(self._pieces)
+
+    def _on(self, few: JointModel) -> Tangent:
+        if few is self.fit.model:
             return self
-        return Tangent.of(replace(self.fit, model=self.few), frozen=self.frozen)
+        return Tangent.of(replace(self.fit, model=few), frozen=self.frozen)
 
     @classmethod
     def of(cls, fit: JointFit, *, frozen: bool = False) -> Tangent:

@@ -38,6 +38,16 @@ def one_frequency(effects: dict[str, dict[str, float]] | None = None, seed: int 
     return Campaign(Path("one"), tuple(runs), "0" * 64)
 
 
+def one_current(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> Campaign:
+    """Sines of several frequencies and strokes at one current: how anything changes with it is not seen."""
+    bench = _bench(effects, seed)
+    runs = [
+        bench.sine(f"{hz:g}Hz", RATE_HZ, hz, amplitude, max(3, int(3 * hz)), 1.5, 40.0)
+        for hz, amplitude in ((0.5, 0.03), (1.0, 0.01), (2.0, 0.02), (4.0, 0.004), (5.0, 0.01))
+    ]
+    return Campaign(Path("one_current"), tuple(runs), "0" * 64)
+
+
 def _bench(effects: dict[str, dict[str, float]] | None, seed: int) -> Bench:
     damper = random_damper(seed)
     settings = tuple(EffectSetting(name, values) for name, values in (effects or {}).items())

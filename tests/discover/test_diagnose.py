@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from discover.hidden import NOISE_N, one_frequency, rich
+from discover.hidden import NOISE_N, one_current, one_frequency, rich
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.discover import discover
@@ -52,6 +52,14 @@ def test_one_frequency_cannot_tell_a_spring_from_a_mass_and_says_what_can():
     assert result.next_run is not None
     assert result.next_run.frequency_hz != pytest.approx(2.0)
     assert result.next_run.separation > 5.0
+
+
+def test_one_current_cannot_tell_a_mount_from_a_fluid_that_is_elastic():
+    result = diagnose(one_current({"mount_compliance": {"compliance_m_n": 6e-7, "damping_n_s_m": 500.0}}))
+    assert result.verdict == "ambiguous"
+    assert set(result.effects) >= {"mount_compliance", "preyield_stiffness"}
+    assert result.next_run is not None
+    assert result.next_run.record.current_a.min() < 1.4
 
 
 def test_physics_that_no_effect_describes_is_called_unexplained():

@@ -42,7 +42,7 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
     monkeypatch.setattr(screen, "Screen", _Screen)
     monkeypatch.setattr(screen, "ranges_of", lambda _: None)
     few = SimpleNamespace(residual=np.ones(4), fit=SimpleNamespace(model=None))
-    whole = SimpleNamespace(residual=np.ones(4), fit=SimpleNamespace(model=None), glance=lambda: few)
+    whole = SimpleNamespace(residual=np.ones(4), fit=SimpleNamespace(model=None), glance=lambda _: few)
     (look,) = screen.looks(whole, ["an effect"])
     assert look.gain == best
     assert len(_Screen.asked) == asked

@@ -211,6 +211,8 @@ class Effect:
     rank: int = 0  # order within the stage; equal ranks go by name
     # Conditions over which nature's form may be another, and the effect still this one (CONDITIONS).
     shape_over: frozenset[str] = frozenset()
+    # Effects that it may be taken for where f h is steady, since only that tells them apart.
+    alike_at_one_level: frozenset[str] = frozenset()
 
     @property
     def neutral(self) -> Vector:

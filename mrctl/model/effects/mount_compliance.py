@@ -125,4 +125,6 @@ EFFECT = Effect(
     guesses=_guesses,
     derived=_derived,
     gives_way=GivesWay(give_way, give_way_start),
+    # A fluid that is elastic in series with its flow is this spring, as stiff as f h has it.
+    alike_at_one_level=frozenset({"preyield_stiffness"}),
 )
