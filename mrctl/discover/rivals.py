@@ -12,6 +12,7 @@ from mrctl.discover.screen import Look, Screen
 from mrctl.discover.search import Level, Trial
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import bare_damper
+from mrctl.model.effects.base import Effect
 from mrctl.simulate import stages
 
 Array = NDArray[np.float64]
@@ -92,9 +93,10 @@ def _alike(chosen: Trial, level: Level, known: set[str]) -> list[Look]:
     own = next(one for one in level.looks if one.effect.name == chosen.effect.name)
     alike = []
     for look in level.looks:
-        if look.effect.name in {chosen.effect.name, *known} or not look.plausible:
+        name = look.effect.name
+        if name in {chosen.effect.name, *known} or not (look.plausible and _one_sided(look.effect)):
             continue
-        fits = next((t.gain for t in level.trials if t.effect.name == look.effect.name), 0.0)
+        fits = next((t.gain for t in level.trials if t.effect.name == name), 0.0)
         blocked = fits < BLOCKED * chosen.gain  # by its bounds: as itself it was not seen to fit worse
         if blocked and same_direction(own, look) >= SAME_DIRECTION:
             alike.append(look)
@@ -125,6 +127,11 @@ def _still_alike(chosen: Trial, alike: Sequence[Look]) -> list[str]:
     own = screen.at(chosen.effect, chosen.fit.effect_values[chosen.effect.name])
     others = [screen.at(look.effect, look.values) for look in alike]
     return [other.effect.name for other in others if same_direction(own, other) >= SAME_DIRECTION]
+
+
+def _one_sided(effect: Effect) -> bool:
+    """Whether bounds may keep it from a force that it has the course of; else it would have fitted."""
+    return any(p.neutral in (p.low, p.high) for p in effect.parameters if not p.optional)
 
 
 def _as_near(chosen: Trial, other: Trial, level: Level) -> bool:
