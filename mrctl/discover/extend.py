@@ -78,13 +78,13 @@ def extend(
     first = fit = fitted(
         parts.training, known, {e.name: given.get(e.name, e.typical) for e in known}, free=free
     )
-    steps = [(_names(known), error_on(first, parts.held_out))]
+    steps = [(_names(known), error_on(first, parts.held_out, parts.begins))]
     chosen, refused = tuple(known), []
     motions = Unseen.of(records, thinned(measured.full), known, given, free) if unseen and added else None
     for count, effect in enumerate(added, 1):
         report(count / (len(added) + 2), ", ".join(_names((*chosen, effect))))
         more = one_more(fit, parts.training, (*chosen, effect), given, free)
-        error = error_on(more, parts.held_out)
+        error = error_on(more, parts.held_out, parts.begins)
         if falling and error > WORSE * steps[-1][1]:
             refused.append(effect.name)
             continue

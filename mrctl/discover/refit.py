@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.folds import covered
-from mrctl.discover.grow import grown_by
+from mrctl.discover.grow import WORTH_FREEING, grown_by
 from mrctl.discover.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
@@ -27,10 +27,11 @@ HELD_OUT_SHARE = 4  # one run of so many is left out, or the last such part of e
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """Records to fit and records to be proven on, and what the latter are called."""
+    """Records to fit and records to be proven on, each from a sample on, and what the latter are called."""
 
     training: list[Record]
     held_out: list[Record]
+    begins: list[int]
     names: tuple[str, ...]
     noise_floor_n: float | None
 
@@ -58,14 +59,15 @@ def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record]
         runs = [campaign.runs[r.run] for r in held]
         floor = pooled_floor([noise_floor(run) for run in runs], [len(run) for run in runs])
         rest = [r for n, r in enumerate(ready) if n not in chosen]
-        return Split(rest, held, tuple(run.name for run in runs), floor)
+        return Split(rest, held, [0] * len(held), tuple(run.name for run in runs), floor)
     runs = [campaign.runs[r.run] for r in records]
     floor = pooled_floor([noise_floor(run) for run in runs], [len(run) for run in runs])
     # Cut where a sample was measured.
     cut = [(len(r) - len(r) // HELD_OUT_SHARE) // r.finer * r.finer for r in records]
     return Split(
         [r.part(0, at) for r, at in zip(ready, cut, strict=True)],
-        [r.part(at, len(r)) for r, at in zip(records, cut, strict=True)],
+        list(records),  # whole: what a part's start hangs on is before it
+        cut,
         tuple(f"{run.name} (last quarter)" for run in runs),
         floor,
     )
@@ -97,7 +99,21 @@ def fitted(
     theta = model.pack(base.tables, values)
     model.reweigh(theta)
     penalties = weighed_as(base.penalties, model.penalties())
-    return model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=12)
+    fit = model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=12)
+    return fit if any(e.stage is Stage.OUTPUT for e in chosen) else _with_own_delay(fit, mask)
+
+
+def _with_own_delay(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:
+    """The fit with a filter that may be late by itself, as one with b0 = 0 is, where the data ask for it.
+
+    A search holds the filter to lags, that a delay of the measurement be seen.
+    """
+    model = replace(fit.model, minimum_phase=False)
+    model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+    late = model.fit(fit.theta, penalties=fit.penalties, free=free, rounds=1, iterations=12)
+    if late.total > fit.total - WORTH_FREEING * model.layout.order:
+        return fit
+    return model.fit(late.theta, penalties=late.penalties, free=free, rounds=3, iterations=12)
 
 
 def one_more(
@@ -112,6 +128,8 @@ def one_more(
     return fitted(records, chosen, begin.effect_values, start=begin, free=free)
 
 
-def error_on(fit: JointFit, records: Sequence[Record]) -> float:
-    """RMS error in N on other records."""
-    return fit.model.on(records).rmse_n(fit.theta)
+def error_on(fit: JointFit, records: Sequence[Record], begins: Sequence[int] | None = None) -> float:
+    """RMS error in N on other records, every sample measured; begins: from these samples on."""
+    model = fit.model.on(records)
+    errors = zip(records, model.errors(fit.theta), begins or [0] * len(records), strict=True)
+    return float(np.sqrt(np.mean(np.concatenate([e[at :: r.finer] for r, e, at in errors]) ** 2)))

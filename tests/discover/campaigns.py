@@ -53,7 +53,14 @@ def sine(
     return _run(damper, t, rate_hz, motion, np.full(n, current_a), name, heating, noise, seed)
 
 
-def road(damper: Damper, seconds: float = 20.0, rate_hz: float = 1000.0, seed: int = 3) -> Run:
+def road(
+    damper: Damper,
+    seconds: float = 20.0,
+    rate_hz: float = 1000.0,
+    seed: int = 3,
+    name: str = "road.csv",
+    noise=lambda rng, n: rng.normal(0.0, 20.0, n),
+) -> Run:
     """Narrow-band random motion with a changing current: nothing repeats."""
     rng = np.random.default_rng(seed)
     n = round(seconds * rate_hz)
@@ -69,9 +76,7 @@ def road(damper: Damper, seconds: float = 20.0, rate_hz: float = 1000.0, seed: i
         -(size * w * w * np.sin(angle)).sum(0),
     )
     current = np.repeat(rng.uniform(0.0, 2.5, n // 200 + 1), 200)[:n]
-    return _run(
-        damper, t, rate_hz, (v, x, a), current, "road.csv", 0.0, lambda r, k: r.normal(0.0, 20.0, k), seed
-    )
+    return _run(damper, t, rate_hz, (v, x, a), current, name, 0.0, noise, seed)
 
 
 def _run(damper, t, rate_hz, motion, current, name, heating, noise, seed) -> Run:
