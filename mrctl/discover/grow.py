@@ -17,7 +17,7 @@ from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import Penalty, weighed_as
-from mrctl.identify.plain_lags import with_lag_of_two, with_plain_lag
+from mrctl.identify.plain_lags import free_to_be_late, with_lag_of_two, with_late_split, with_plain_lag
 from mrctl.identify.solver import covariance
 from mrctl.model.effects.base import Effect, Stage, Vector
 
@@ -82,8 +82,29 @@ def grown(before: Tangent, look: Look) -> JointFit:
                     ).theta
                     for point in points
                 ]
+    if effect.stage is Stage.OUTPUT and effect.parameters[0].unit == "s":
+        settled += [
+            np.concatenate([theta, alone.pack({effect.name: own})])
+            for theta, own in _late(fit, before.few(effect), effect)
+        ]
     every = [start, *settled, *(with_plain_lag(model, one) for one in again)]
     return raced(every, heat, fitted, model.cost, ITERATIONS)
+
+
+def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, Vector]]:
+    """The vector, and the effect's values, of a filter that was let be late, its delay taken out of it.
+
+    A filter that has to make up for a delay with lags goes where no small step leads back from.
+    """
+    model = free_to_be_late(few)
+    free, found = moving(fit), []
+    for theta in (fit.theta, with_plain_lag(model, fit.theta)):
+        late = model.fit(theta, penalties=fit.penalties, free=free, rounds=1, iterations=2 * HEAT)
+        begin, delay_s = with_late_split(model, late.theta)
+        if delay_s > 0.0:
+            high = effect.parameters[0].high
+            found.append((begin, (min(delay_s, high), *effect.typical[1:])))
+    return found
 
 
 def _without_temperature(fit: JointFit) -> Array:

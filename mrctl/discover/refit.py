@@ -15,6 +15,7 @@ from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
+from mrctl.identify.plain_lags import free_to_be_late
 from mrctl.identify.records import Record, possible_rise_k
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage, Vector
@@ -108,8 +109,7 @@ def _with_own_delay(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:
 
     A search holds the filter to lags, that a delay of the measurement be seen.
     """
-    model = replace(fit.model, minimum_phase=False)
-    model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+    model = free_to_be_late(fit.model)
     late = model.fit(fit.theta, penalties=fit.penalties, free=free, rounds=1, iterations=12)
     if late.total > fit.total - WORTH_FREEING * model.layout.order:
         return fit

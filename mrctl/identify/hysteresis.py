@@ -59,6 +59,23 @@ def denominator(log_d: Array) -> Array:
     return quadratic if order == 2 else np.convolve([1.0, c[0]], quadratic)
 
 
+def split_late(theta: Array) -> tuple[Array, float]:
+    """A filter whose numerator makes it late, as one that is not, and the delay in s that it had more.
+
+    A zero to the right of the axis is one to its left behind an all-pass, which is a delay at low frequency.
+    """
+    order = theta.size // 2
+    d = np.concatenate([denominator(theta[:order]), [0.0]])[: order + 1] if order else np.ones(1)
+    rising = d[::-1]  # d0, d1 s, ...
+    roots = np.roots((np.concatenate([[1.0], theta[order:]]) * rising)[::-1])
+    late = roots.real > 0.0
+    delay = 2.0 * float(np.sum((1.0 / roots[late]).real)) / UNIT_RAD_S
+    mirrored = np.where(late, -np.conj(roots), roots)
+    numerator = np.real(np.poly(mirrored))[::-1] if roots.size else np.ones(1)
+    numerator = np.concatenate([numerator / numerator[0] * rising[0], np.zeros(order + 1)])[: order + 1]
+    return np.concatenate([theta[:order], np.maximum(numerator[1:] / rising[1:], 0.0)]), delay
+
+
 def by_middle(theta: Array) -> Array:
     """The parameters with log c1 of s² + c1 s + c0 in place of log q, or again with log q: c1 q = c0."""
     order = theta.size // 2

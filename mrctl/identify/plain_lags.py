@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,6 +32,21 @@ def with_lag_of_two(model: JointModel, theta: Array) -> Array:
     A plain lag and a sensor's delay are nearly two lags; from the one no small step leads to the other.
     """
     return _with_filter(model, theta, hysteresis.lag_of_two(TWO_LAGS_S))
+
+
+def free_to_be_late(model: JointModel) -> JointModel:
+    """The same model with a filter that may have zeros to the right, as a delay has."""
+    free = replace(model, minimum_phase=False)
+    free.weights, free.noise_n = model.weights, model.noise_n
+    return free
+
+
+def with_late_split(model: JointModel, theta: Array) -> tuple[Array, float]:
+    """The vector with a filter that is no longer late, and by how many seconds it was."""
+    own, delay_s = hysteresis.split_late(theta[model.layout.parts["filter"]])
+    changed = theta.copy()
+    changed[model.layout.parts["filter"]] = own
+    return changed, delay_s
 
 
 def _with_filter(model: JointModel, theta: Array, own: Array) -> Array:

@@ -34,3 +34,25 @@ def test_two_lags_are_no_single_one():
     )
     assert two[1] < 0.6 * one[1]
     assert two[-1] > 0.95
+
+
+def test_a_late_filter_is_one_that_is_not_behind_a_delay():
+    late = np.array([-1.15, 1.02, 3.15, 0.91, 0.89, -0.05])  # a zero to the right of the axis
+    own, delay_s = hysteresis.split_late(late)
+    assert delay_s > 1e-4
+    assert np.all(own[3:] > 0.0)
+    t = np.arange(4000) / 2000.0
+    u = np.sin(2.0 * np.pi * 6.0 * t) + 0.3 * np.sin(2.0 * np.pi * 17.0 * t)
+    starts = np.array([0, t.size])
+    one = hysteresis.filtered(*hysteresis.discretise(late, 2000.0), u, starts)
+    other = hysteresis.filtered(*hysteresis.discretise(own, 2000.0), u, starts)
+    behind = np.interp(t - delay_s, t, other)
+    settled = slice(1000, None)
+    assert np.max(np.abs(one - behind)[settled]) < 1e-3 < np.max(np.abs(one - other)[settled])
+
+
+def test_a_filter_that_is_not_late_stays_as_it_is():
+    plain = hysteresis.lag(20.0)
+    own, delay_s = hysteresis.split_late(plain)
+    assert delay_s == 0.0
+    assert own == pytest.approx(plain, rel=1e-9)
