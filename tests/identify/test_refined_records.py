@@ -41,11 +41,12 @@ def test_a_record_is_cut_where_a_sample_was_measured(campaign):
     first = replace(campaign, runs=campaign.runs[:1])
     measured = records_of(first.runs)
     parts = split(first, [r.refined(FINER) for r in measured])
-    (training,), (held_out,) = parts.training, parts.held_out
-    assert len(training) % FINER == 0
-    assert len(held_out) / len(training) == pytest.approx(1.0 / (HELD_OUT_SHARE - 1), rel=0.01)
-    picked = np.concatenate([training.force_n[::FINER], held_out.force_n[::FINER]])
-    assert picked == pytest.approx(measured[0].force_n)
+    (training,), (held_out,), (begins,) = parts.training, parts.held_out, parts.begins
+    assert begins == len(training)
+    assert begins % FINER == 0
+    assert (len(held_out) - begins) / begins == pytest.approx(1.0 / (HELD_OUT_SHARE - 1), rel=0.01)
+    assert held_out.force_n[:begins:FINER] == pytest.approx(training.force_n[::FINER])
+    assert held_out.force_n[::FINER] == pytest.approx(measured[0].force_n)
 
 
 def _moving(amplitude_m_s: float, hz: float, current_a: float | np.ndarray = 1.0) -> Record:
