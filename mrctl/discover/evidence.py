@@ -26,6 +26,7 @@ from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.parallel import in_parallel
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.plain_lags import with_lag_of_two, with_plain_lag
 from mrctl.identify.records import Record, possible_rise_k, records_of
@@ -69,7 +70,7 @@ class Evidence:
                 "no run moves the damper and measures its force",
                 "measure velocity and force in motion",
             )
-        floors = [noise_floor(campaign.runs[r.run]) for r in moving]
+        floors = in_parallel(lambda r: noise_floor(campaign.runs[r.run]), moving)
         return cls._of(campaign, moving, floors, noise_spectrum(moving), np.zeros(len(moving)))
 
     @classmethod

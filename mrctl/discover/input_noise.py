@@ -18,6 +18,7 @@ from scipy.ndimage import uniform_filter1d
 from mrctl.discover.smoothing import smoothed
 from mrctl.discover.spectral_floor import periodogram
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.parallel import in_parallel
 from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
@@ -48,14 +49,8 @@ def steadied(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | None
     """
     if spectrum is None:
         return list(records)
-    shares = [_shares(r, spectrum) for r in records]
-    versions = [
-        list(records),
-        *(
-            [_steadied(r, own) for r, own in zip(records, kind, strict=True)]
-            for kind in zip(*shares, strict=True)
-        ),
-    ]
+    smoother = in_parallel(lambda r: [_steadied(r, share) for share in _shares(r, spectrum)], records)
+    versions = [list(records), *map(list, zip(*smoother, strict=True))]
     errors = [[float(np.mean(e * e)) for e in fit.model.on(rs).errors(fit.theta)] for rs in versions]
     found = []
     for n, record in enumerate(records):

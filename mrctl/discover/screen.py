@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from mrctl.discover.tangent import Tangent
-from mrctl.identify.batch import in_parallel
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
+from mrctl.identify.parallel import in_parallel
 from mrctl.model.effects.base import Effect, Ranges, Vector
 
 Array = NDArray[np.float64]
@@ -112,7 +112,8 @@ class Screen:
 
         def _gain(self, force: Array) -> float:
             """How far the penalised square sum falls when the model settles around this force."""
-            return float(force @ (2.0 * self._tangent.residual - self._tangent.beyond(force)))
+            beyond = self._tangent.products_beyond(force[None])[0, 0]
+            return float(2.0 * force @ self._tangent.residual - beyond)
 
         def _slopes(self, values: Array, force: Array) -> Array:
             rows = []
@@ -123,7 +124,7 @@ class Screen:
                 moved = values.copy()
                 moved[k] += small
                 rows.append((self._force(moved) - force) * (self._scales[k] / small))
-            return np.array(rows)
+            return np.array(rows).reshape(len(rows), force.size)
 
         def look(self, values: Array) -> Look:
             force = self._force(values)
@@ -131,7 +132,7 @@ class Screen:
 
         def _look(self, gain: float, values: Array, force: Array) -> Look:
             """The look at these parameters, whose own force (n) is given."""
-            slopes = self._slopes(values, force) if self._free.any() else np.zeros((0, force.size))
+            slopes = self._slopes(values, force)
             beyond = self._tangent.beyond(np.concatenate([force[None], slopes]))
             return Look(
                 self._effect,
@@ -146,14 +147,17 @@ class Screen:
                 self._free.copy(),
             )
 
-        def _hold_absorbed(self, values: Array) -> Array:
+        def _hold_absorbed(self, values: Array) -> tuple[Array, Array, Array]:
             """Leave to the model what its own parameters do as well: such a parameter goes to neutral.
 
-            So does an optional one that here only does what the effect's parameters before it do.
+            So does an optional one that here only does what the effect's parameters before it do. Returns the
+            values, the force there and its slopes.
             """
-            slopes = self._slopes(values, self._force(values))
+            before = values
+            force = self._force(values)
+            slopes = self._slopes(values, force)
             size = np.sum(slopes**2, axis=1)
-            gram = slopes @ self._tangent.beyond(slopes).T
+            gram = self._tangent.products_beyond(slopes)
             values = values.copy()
             kept: list[int] = []
             for row, k in enumerate(np.flatnonzero(self._free)):
@@ -164,40 +168,42 @@ class Screen:
                     self._free[k] = False
                 else:
                     kept.append(row)
-            return values
+            if np.array_equal(values, before):
+                return values, force, slopes[kept]
+            force = self._force(values)
+            return values, force, self._slopes(values, force)
 
         def _usual(self) -> tuple[float, float]:
             """The square sum of the force at the typical parameters, and of its part beyond the model."""
             force = self._force(np.array(self._effect.typical))
-            return float(force @ force), float(force @ self._tangent.beyond(force))
+            return float(force @ force), float(self._tangent.products_beyond(force[None])[0, 0])
 
         def promise(self, values: Array) -> float:
             """What the best linear step from here would gain."""
             force = self._force(values)
             slopes = self._slopes(values, force)
-            beyond = self._tangent.beyond(np.concatenate([force[None], slopes]))
-            step = self._step(values, slopes, beyond)
-            whole, moved = force + step @ slopes, beyond[0] + step @ beyond[1:]
-            return float(whole @ (2.0 * self._tangent.residual - moved))
+            return self._step(values, np.concatenate([force[None], slopes]))[1]
 
-        def _step(self, values: Array, slopes: Array, beyond: Array) -> Array:
-            normal = slopes @ beyond[1:].T
-            right = slopes @ (self._tangent.residual - beyond[0])
+        def _step(self, values: Array, rows: Array) -> tuple[Array, float]:
+            """The best linear step from parameters whose force and slopes are the rows, and what it gains."""
+            beyond, by_residual = self._tangent.products_beyond(rows), rows @ self._tangent.residual
             low, high = ((b - values) / self._scales for b in (self._lower, self._upper))
-            return _bounded_step(normal, right, low[self._free], high[self._free])
+            right = by_residual[1:] - beyond[0, 1:]
+            step = _bounded_step(beyond[1:, 1:], right, low[self._free], high[self._free])
+            whole = np.concatenate([[1.0], step])
+            return step, float(2.0 * whole @ by_residual - whole @ beyond @ whole)
 
         def climb(self, values: Array) -> Look:
             """Gauss-Newton steps within the bounds."""
-            values = self._hold_absorbed(values)
-            tangent, free = self._tangent, self._free
-            force = self._force(values)
+            values, force, slopes = self._hold_absorbed(values)
+            free = self._free
             if not free.any():
                 return self._look(0.0, values, np.zeros(force.size))
             gain = self._gain(force)
-            for _ in range(STEPS):
-                slopes = self._slopes(values, force)
-                beyond = tangent.beyond(np.concatenate([force[None], slopes]))
-                step = self._step(values, slopes, beyond)
+            for number in range(STEPS):
+                if number:
+                    slopes = self._slopes(values, force)
+                step, _ = self._step(values, np.concatenate([force[None], slopes]))
                 for _ in range(HALVINGS):
                     trial = values.copy()
                     trial[free] += step * self._scales[free]

@@ -15,8 +15,8 @@ from mrctl.discover.robust import second_opinions
 from mrctl.discover.screen import Look, looks, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.discover.worth import least_n2
-from mrctl.identify.batch import in_parallel
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.parallel import in_parallel
 from mrctl.identify.plain_lags import with_lag_of_two
 from mrctl.model.effects.base import Effect, Stage
 

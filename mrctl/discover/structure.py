@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mrctl.discover.folds import labels
 from mrctl.discover.signals import UNITS, signals_of
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.parallel import in_parallel
 
 Array = NDArray[np.float64]
 
@@ -91,11 +92,14 @@ def structure_of(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Structure:
             blocks[names] = block
     if not blocks:
         return Structure(float(np.mean(rest**2)), 0.0, 0.0, ())
-    explained, spread = _predicted(np.concatenate(list(blocks.values()), axis=1), rest, fold)
-    maps = [
-        Map(names, _predicted(block, rest, fold)[0], *_mean_map([pooled[n] for n in names], rest))
-        for names, block in blocks.items()
-    ]
+    sums = _Sums.of([*blocks.values(), np.ones((rest.size, 1))], rest, fold)
+    explained, spread = sums.predicted()
+    ends = np.cumsum([block.shape[1] for block in blocks.values()])
+    columns = np.split(np.arange(ends[-1]), ends[:-1])
+    maps = []
+    for names, features in zip(blocks, columns, strict=True):
+        alone, _ = sums.of_features([*features, -1]).predicted()
+        maps.append(Map(names, alone, *_mean_map([pooled[n] for n in names], rest)))
     maps.sort(key=lambda m: -m.explained_n2)
     return Structure(float(np.mean(rest**2)), explained, spread, tuple(maps))
 
@@ -136,28 +140,45 @@ def _features(signals: list[Array], count: int) -> Array | None:
     return np.asarray((parts[0][:, :, None] * parts[1][:, None, :]).reshape(signals[0].size, -1))
 
 
-def _predicted(features: Array, rest: Array, fold: NDArray[np.intp]) -> tuple[float, float]:
-    """What held-out prediction takes off the mean square (best ridge), and its standard error over folds."""
-    features = np.column_stack([features, np.ones(rest.size)])
-    groups = [fold == k for k in np.unique(fold)]
-    grams = [features[g].T @ features[g] for g in groups]
-    rights = [features[g].T @ rest[g] for g in groups]
-    gram, right = np.sum(grams, axis=0), np.sum(rights, axis=0)
-    scale = float(np.trace(gram)) / gram.shape[0]
-    best: tuple[float, float] = (0.0, 0.0)
-    for ridge in RIDGES:
-        gains = []
-        for g, own_gram, own_right in zip(groups, grams, rights, strict=True):
-            a = gram - own_gram + ridge * scale * np.eye(gram.shape[0])
-            w = np.linalg.solve(a, right - own_right)
-            # rest² - (rest - Xw)² summed over the fold
-            gains.append(float(2.0 * w @ own_right - w @ own_gram @ w) / max(int(np.count_nonzero(g)), 1))
-        share = np.array([int(np.count_nonzero(g)) for g in groups]) / rest.size
-        mean = float(np.sum(share * gains))
-        error = float(np.sqrt(np.sum(share**2 * (np.array(gains) - mean) ** 2)))
-        if mean > best[0]:
-            best = mean, error
-    return best
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sums:
+    """What a regression needs of each fold: features times features, times the residual, and the samples."""
+
+    grams: Array  # (folds, features, features)
+    rights: Array  # (folds, features)
+    counts: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, blocks: Sequence[Array], rest: Array, fold: NDArray[np.intp]) -> _Sums:
+        """Of the columns of blocks (n, ...) and a residual (n), whose samples are in these folds (n)."""
+        order = np.argsort(fold, kind="stable")
+        features, rest = np.concatenate(blocks, axis=1)[order], rest[order]
+        ends = np.flatnonzero(np.diff(fold[order])) + 1
+        spans = list(zip([0, *ends], [*ends, rest.size], strict=True))
+        grams = in_parallel(lambda span: features[slice(*span)].T @ features[slice(*span)], spans)
+        rights = [features[a:b].T @ rest[a:b] for a, b in spans]
+        return cls(np.array(grams), np.array(rights), np.array([b - a for a, b in spans]))
+
+    def of_features(self, which: Sequence[int]) -> _Sums:
+        """Those of some features alone."""
+        return _Sums(self.grams[:, which][:, :, which], self.rights[:, which], self.counts)
+
+    def predicted(self) -> tuple[float, float]:
+        """What prediction of folds left out takes off the mean square (best ridge), its standard error."""
+        gram, right = self.grams.sum(axis=0), self.rights.sum(axis=0)
+        own = np.eye(right.size) * float(np.trace(gram)) / right.size
+        share = self.counts / self.counts.sum()
+        best: tuple[float, float] = (0.0, 0.0)
+        for ridge in RIDGES:
+            w = np.linalg.solve(gram - self.grams + ridge * own, (right - self.rights)[:, :, None])[:, :, 0]
+            # rest² - (rest - Xw)², summed over each fold
+            gains = 2.0 * np.sum(w * self.rights, axis=1) - np.einsum("ki,kij,kj->k", w, self.grams, w)
+            gains = gains / self.counts
+            mean = float(np.sum(share * gains))
+            error = float(np.sqrt(np.sum(share**2 * (gains - mean) ** 2)))
+            if mean > best[0]:
+                best = mean, error
+        return best
 
 
 def _mean_map(signals: list[Array], rest: Array, bins: int = 10) -> tuple[tuple[Array, ...], Array]:

@@ -123,6 +123,14 @@ class Tangent:
         moved = cho_solve(self.factor, self.slopes @ rows.T)
         return np.asarray(rows - moved.T @ self.slopes, dtype=np.float64)
 
+    def products_beyond(self, rows: Array) -> Array:
+        """Rows (k, n) times their parts beyond the model: (k, k), without these being made."""
+        whole = np.asarray(rows @ rows.T, dtype=np.float64)
+        if self.frozen:
+            return whole
+        along = self.slopes @ rows.T
+        return np.asarray(whole - along.T @ cho_solve(self.factor, along), dtype=np.float64)
+
     def moved(self, force: Array) -> Array:
         """The fit's vector after the model has settled around a force (n) beside it."""
         if self.frozen:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.refit import error_on, fitted, one_more
-from mrctl.identify.batch import in_parallel
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.parallel import in_parallel
 from mrctl.identify.records import Record
 from mrctl.model.effects.base import Effect, Vector
 

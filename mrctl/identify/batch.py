@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cache, partial
-from threading import local
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +16,6 @@ from mrctl.simulate import Run
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-T = TypeVar("T")
-S = TypeVar("S")
-_inside = local()
 
 MOST_BLOCKS = 10000  # weighed samples in a batch: what its slopes take stays within a few megabytes
 FEWEST_BLOCKS = 1500  # that are worth a batch of their own
@@ -100,37 +92,6 @@ def batches(layout: Layout, records: Sequence[Record], factor: Callable[[Record]
             members = [k for k, g in zip(numbers, group, strict=True) if g == one]
             found.append(Batch.of(layout, members, [records[k] for k in members], by))
     return sorted(found, key=lambda batch: batch.records[0])
-
-
-def in_parallel(function: Callable[[T], S], over: Iterable[T]) -> list[S]:
-    """The function's results; numpy's and the compiled loops' work side by side on the processors.
-
-    Called by a function that runs so itself, it works one by one: the processors are taken.
-    """
-    todo = list(over)
-    if len(todo) < 2 or workers() < 2 or getattr(_inside, "pool", False):
-        return [function(one) for one in todo]
-    return list(_pool().map(partial(_marked, function), todo))
-
-
-def _marked(function: Callable[[T], S], one: T) -> S:
-    _inside.pool = True
-    try:
-        return function(one)
-    finally:
-        _inside.pool = False
-
-
-@cache
-def workers() -> int:
-    """How many threads a fit may use: MRCTL_WORKERS, or as many as there are processors."""
-    given = os.environ.get("MRCTL_WORKERS", "")
-    return int(given) if given.isdigit() and int(given) else len(os.sched_getaffinity(0))
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(workers(), thread_name_prefix="fit")
 
 
 def _run(record: Record, factor: int) -> Run:

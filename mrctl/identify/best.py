@@ -16,6 +16,7 @@ from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint import WEIGHING_RATE_HZ, JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
+from mrctl.identify.parallel import in_parallel
 from mrctl.identify.records import Record, records_of
 from mrctl.identify.result import IdentificationResult, errors_of
 from mrctl.identify.slow_poles import misfit, within_reach
@@ -108,9 +109,12 @@ def rough_fit(records: Sequence[Record], order: int) -> JointFit:
     """A fit of few records on few knots: tables and filter in turn and together, from several lags."""
     some = [coarser(r) for r in few(records)]
     layout = layout_for(some, order, velocity_knots=ROUGH_KNOTS)
-    starts = [_search_and_fit(_lagged(some, layout.with_order(1), hz), layout) for hz in START_LAGS_HZ]
-    fits = sorted((_search_and_fit(fit, layout) for fit in starts), key=misfit)
-    best = fits[0]
+
+    def from_lag(hz: float) -> JointFit:
+        start = _search_and_fit(_lagged(some, layout.with_order(1), hz), layout)
+        return _search_and_fit(start, layout)
+
+    best = min(in_parallel(from_lag, START_LAGS_HZ), key=misfit)
     for _ in range(MORE_SEARCHES):
         again = _search_and_fit(best, layout)
         gain = misfit(best) - misfit(again)

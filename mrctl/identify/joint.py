@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import base, effects_fit, hysteresis, slopes
-from mrctl.identify.batch import Batch, batches, in_parallel
+from mrctl.identify.batch import Batch, batches
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.neutral import neutral
 from mrctl.identify.noise import correlation_inflation, record_noise
+from mrctl.identify.parallel import in_parallel
 from mrctl.identify.penalties import Penalty, base_penalties
 from mrctl.identify.records import Record
 from mrctl.identify.solver import Normal, covariance, solve
