@@ -27,7 +27,8 @@ LEAST_DAMPING, MOST_DAMPING = 0.5, 10.0  # of the pole pair: what rings amplifie
 SLOWEST_HZ, STARTS_HZ = 0.2, (60.0, 150.0, 400.0)
 LOOP_RATES_HZ = (500.0, 1000.0, 2000.0)
 # Fastest pole, end of the band that is followed (Hz), and the gain of the inverse filter that counts as an
-# error: less is asked, step by step, until every loop rate can carry the filter.
+# error: less is asked, step by step, until every loop rate can carry the filter and it does what it is for. A
+# forward filter that is late cannot be followed far, and asked to, an inverse gets worse where it could.
 LADDER = (
     (400.0, 100.0, 30.0),
     (200.0, 100.0, 30.0),
@@ -35,6 +36,8 @@ LADDER = (
     (100.0, 40.0, 3.0),
     (70.0, 30.0, 1.0),
 )
+FOLLOWED_HZ = 100.0
+ENOUGH = 0.2  # of the errors that are as asked: no other is looked for
 FASTEST_SHARE = 0.4  # of the sample rate: no pole is faster
 
 
@@ -47,13 +50,30 @@ def design_inverse_filter(forward: Filter) -> Filter:
     """
     if not forward.is_stable():
         raise ValueError("an unstable filter has no inverse to design")
+    found: list[tuple[float, Filter]] = []
     for fastest_hz, follow_hz, largest_gain in LADDER:
         shaping = _Shaping(forward, follow_hz, largest_gain)
         inverse = _shaped(forward, shaping, min(fastest_hz, FASTEST_SHARE * forward.sample_rate_hz))
         if _carries(inverse):
-            return inverse
-    # Nothing that inverts can be carried: it leaves the loop as it is, and `cascade_error` tells the cost.
-    return Filter.of(forward.sample_rate_hz, (1.0,), (1.0,))
+            found.append((_unlike(forward, inverse), inverse))
+            if found[-1][0] < ENOUGH:
+                break
+    if not found:
+        # Nothing that inverts can be carried: the loop stays as it is, and `cascade_error` tells the cost.
+        return Filter.of(forward.sample_rate_hz, (1.0,), (1.0,))
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _unlike(forward: Filter, inverse: Filter) -> float:
+    """How far a cascade is from undoing: mean squares of its errors in the band and above, 1 each as asked.
+
+    A wish holds less and less above the band, and so do the errors count.
+    """
+    band = np.linspace(0.25, BAND_HZ, 60)
+    above = np.geomspace(BAND_HZ, min(FOLLOWED_HZ, 0.25 * forward.sample_rate_hz), 40)
+    within, beyond = (np.abs(forward.response(f) * inverse.response(f) - 1.0) for f in (band, above))
+    beyond = beyond * (BAND_HZ / above) ** 2
+    return float(np.mean((within / BAND_ERROR) ** 2) + np.mean((beyond / FOLLOW_ERROR) ** 2))
 
 
 def _shaped(forward: Filter, shaping: _Shaping, fastest_hz: float) -> Filter:
