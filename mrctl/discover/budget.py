@@ -114,12 +114,14 @@ def _over_the_quiet(own: Array, beside: Array, least: Array, sizes: NDArray[np.i
     """The mean square that records far beyond the quiet ones' noise leave over it.
 
     Over all records together, a little too much everywhere and a lot in one look alike. Where the fast motion
-    of slow samples reaches into what changes from sample to sample, that is no noise to compare by.
+    of slow samples reaches into what changes from sample to sample, that is no noise to compare by; where it
+    nearly does, what the quiet ones leave is.
     """
     heard = own > least**2
     if not heard.any():
         return 0.0
-    like_the_quiet = float(np.quantile((own / least**2)[heard], QUIET)) * least**2
+    by_sample = float(np.quantile((own / least**2)[heard], QUIET)) * least**2
+    like_the_quiet = np.maximum(by_sample, float(np.quantile(own[heard], QUIET)))
     over = own - (1.0 + FEW_DOUBT) * beside - like_the_quiet
     loud = heard & (over > (LOUD**2 - 1.0) * like_the_quiet)
     return float(np.average(np.where(loud, over, 0.0), weights=sizes))

@@ -82,19 +82,27 @@ def search_level(
     tangent = Tangent.of(before.fit)
     seen = looks(tangent, candidates)
     done("every candidate")
-    best = seen[0].gain if seen else 0.0
-    share = HOPELESS * least_n2(before) / max(before.mean_square, 1e-300)
-    least = share * float(tangent.residual @ tangent.residual)
-    promising = [
-        one
-        for one in seen[:MOST_FITTED]
-        if one.gain > max(least, (_DEAR if one.effect.stage is Stage.MOTION else near) * best)
-        and one.free.any()
-    ]
+    whole = float(tangent.residual @ tangent.residual)
+    n2 = max(before.mean_square, 1e-300)
+    least = HOPELESS * least_n2(before) / n2 * whole
+    hopeful = [one for one in seen[:MOST_FITTED] if one.gain > least and one.free.any()]
     own = [] if known is None else _known(before, known, seen)
-    promising = [one for one in promising if one.effect.name not in {t.effect.name for t in own}]
-    trials = own + in_parallel(partial(tried, before, tangent, folds), promising)
-    done(", ".join(one.effect.name for one in promising))
+    trials = list(own)
+    best = seen[0].gain if seen else 0.0
+    while True:
+        names = {t.effect.name for t in trials}
+        promising = [
+            one
+            for one in hopeful
+            if one.gain > (_DEAR if one.effect.stage is Stage.MOTION else near) * best
+            and one.effect.name not in names
+        ]
+        if not promising:
+            break
+        trials += in_parallel(partial(tried, before, tangent, folds), promising)
+        done(", ".join(one.effect.name for one in promising))
+        # A look that its fit does not bear out must not keep others from being fitted.
+        best = max((before.mean_square - t.proof.mean_square) / n2 * whole for t in trials)
     for other in [] if own else second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage not in DEAR_TOGETHER]

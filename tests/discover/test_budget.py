@@ -63,6 +63,13 @@ def test_what_one_run_leaves_and_no_other_is_no_noise_though_all_together_leave_
     assert left(errors).excess == pytest.approx(10.0**2 / RUNS, rel=0.6)
 
 
+def test_runs_whose_fast_motion_nearly_hides_their_noise_do_not_make_the_others_loud():
+    rng = np.random.default_rng(8)
+    errors = [coloured(rng, 0.9, 6.0) for _ in range(RUNS)]
+    floors = [NoiseFloor(None, "lower bound only", 5.0 if k < 4 else 1.5) for k in range(RUNS)]
+    assert left(errors, floors).certain == 0.0
+
+
 def test_slow_samples_of_fast_runs_do_not_make_the_others_loud():
     rng = np.random.default_rng(7)
     errors = [coloured(rng, 0.6, 5.0) for _ in range(RUNS)]
