@@ -27,6 +27,7 @@ HOTTEST_K = 60.0
 SHORTEST = 16  # samples; less says nothing about a third-order filter
 REST_SHARE = 0.03  # of a record's top speed: slower is at rest or turns
 TURN_S, TURN_SHARE = 0.02, 0.4  # where it turns, velocity or force change about as much as ever in that time
+SOON_S, STILL_SHARE = 0.25, 0.05  # or about as much as soon, and not much less than ever
 SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
 SLOWEST_HZ = 50.0
 
@@ -90,7 +91,10 @@ class Record:
 
         def turns(x: Array) -> bool:
             changes = np.abs(x[span:] - x[:-span])
-            return bool(changes[0] > TURN_SHARE * changes.max())
+            soon = changes[: max(1, int(SOON_S * self.rate_hz))]
+            most = float(changes.max())
+            like_soon = changes[0] > max(TURN_SHARE * float(soon.max()), STILL_SHARE * most)
+            return bool(like_soon or changes[0] > TURN_SHARE * most)
 
         slow = abs(float(v[0])) < REST_SHARE * float(np.abs(v).max())
         return slow and not turns(v) and not turns(self.force_n)

@@ -79,6 +79,13 @@ def test_a_record_cut_where_its_motion_turns_does_not_start_at_rest(phase, ramp_
     assert Record(0, RATE_HZ, v, flat, flat, flat, flat, flat).starts_at_rest is rest
 
 
+def test_a_sweep_that_grows_does_not_start_at_rest_where_it_turns():
+    t = np.arange(4000) / RATE_HZ
+    v = -(0.02 + 0.06 * t / t[-1]) * np.sin(2.0 * np.pi * 4.0 * t)
+    flat = np.ones(t.size)
+    assert not Record(0, RATE_HZ, v, flat, flat, 600.0 * np.tanh(v / 0.05), flat, flat).starts_at_rest
+
+
 def test_a_record_whose_force_is_still_falling_does_not_start_at_rest():
     t = np.arange(0.0, 5.0, 1.0 / RATE_HZ)
     v = 0.4 * np.sin(2.0 * np.pi * t) * np.minimum(t, 1.0)
