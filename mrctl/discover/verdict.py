@@ -12,10 +12,12 @@ from mrctl.discover.rivals import Rival, rivals_of
 from mrctl.discover.search import Level, Trial
 from mrctl.discover.structure import Structure, structure_of
 from mrctl.discover.worth import LEAST_OF_FORCE, force_n2
+from mrctl.model.effects.base import Effect
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
 FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
+AT_BOUND = 1e-6  # of a parameter's range
 OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
 NAMING = ("found", "ambiguous")  # verdicts that name effects
 
@@ -109,13 +111,26 @@ def _verdict(
     if not named:
         return ("none", ()) if cleared else ("unexplained", ())
     explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
-    if (not cleared and explained < EXPLAINED) or _foreseen(base, final) < FORESEEN:
+    if not cleared and (explained < EXPLAINED or any(_bent(f.trial.effect, final) for f in named)):
+        return "unexplained", ()
+    if _foreseen(base, final) < FORESEEN:
         return "unexplained", ()
     names = [f.trial.effect.name for f in named]
     rivals = [r.name for f in named for r in f.rivals]
     if rivals:
         return "ambiguous", tuple(dict.fromkeys([*names, *rivals]))
     return "found", tuple(names)
+
+
+def _bent(effect: Effect, final: Proof) -> bool:
+    """Whether a fit has pushed an effect to the end of what is physical: then it imitates something else."""
+    return any(
+        not p.held
+        and p.unit != "1"  # which say what form it has, and end where another form begins
+        and min(value - p.low, p.high - value) < AT_BOUND * (p.high - p.low)
+        and abs(value - p.neutral) > AT_BOUND * (p.high - p.low)
+        for p, value in zip(effect.parameters, final.fit.effect_values[effect.name], strict=True)
+    )
 
 
 def _foreseen(base: Proof, final: Proof) -> float:

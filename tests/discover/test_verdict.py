@@ -9,9 +9,10 @@ import pytest
 
 from mrctl.discover.noise_floor import NoiseFloor
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
-from mrctl.discover.verdict import FORESEEN, _foreseen
+from mrctl.discover.verdict import FORESEEN, _bent, _foreseen
 from mrctl.discover.worth import accepted
 from mrctl.identify.records import Record
+from mrctl.model.effects.registry import effect
 
 
 def proof(inside, held_out):
@@ -24,6 +25,25 @@ def test_what_a_fit_cannot_foresee_is_no_explanation():
     assert _foreseen(proof(1000.0, 1050.0), proof(100.0, 1100.0)) == 0.0
     # A campaign whose runs hardly cover each other costs any model as much.
     assert _foreseen(proof(46.0, 74.0), proof(36.0, 47.0)) > FORESEEN
+
+
+@pytest.mark.parametrize(
+    ("values", "bent"),
+    [
+        ((0.03, 2.0, 2.0, 41.0), True),  # cools as fast as may be
+        ((0.03, 20.0, 2.0, 4.0), False),
+        ((0.0, 20.0, 2.0, 4.0), False),  # a bound that is neutral
+    ],
+)
+def test_what_is_pushed_to_the_end_of_physics_imitates_something_else(values, bent):
+    heats = effect("self_heating")
+    assert _bent(heats, SimpleNamespace(fit=SimpleNamespace(effect_values={heats.name: values}))) is bent
+
+
+def test_a_form_that_ends_where_another_begins_is_not_bent():
+    turns = effect("preyield_stiffness")
+    one_s = turns.vector({"yield_length_m": 1e-3, "compliance_m_n": 0.0, "creep": 1.0, "rounded": 1.0})
+    assert not _bent(turns, SimpleNamespace(fit=SimpleNamespace(effect_values={turns.name: one_s})))
 
 
 @pytest.mark.parametrize("drift_n", [0.0, 2.0, 40.0])
