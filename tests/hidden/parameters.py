@@ -57,8 +57,7 @@ def _viscous(p, case):
 
 
 def _quadratic(p, case):
-    same = p["QC"] == p["QCC"]
-    return {"coefficient_n_s2_m2": p["QC"] if same else f"{FORM}: one for each direction", "lag_s": 0.0}
+    return {"coefficient_n_s2_m2": p["QC"], "lag_s": 0.0, "compression_change": p["QCC"] / p["QC"] - 1.0}
 
 
 def _hysteresis(p, case):

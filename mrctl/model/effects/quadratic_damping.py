@@ -38,26 +38,43 @@ def start(
 
 
 def _steady(p: Sequence[float], velocity_m_s: float) -> float:
-    return p[0] * velocity_m_s * abs(velocity_m_s)
+    if velocity_m_s >= 0.0:
+        return p[0] * velocity_m_s * velocity_m_s
+    return -p[0] * (1.0 + p[2]) * velocity_m_s * velocity_m_s
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
     coefficient = 0.05 * ranges.force_n / max(ranges.velocity_m_s, 0.01) ** 2
-    return [(coefficient, 0.0), (coefficient, 6e-3)]
+    return [(coefficient, 0.0, 0.0), (coefficient, 6e-3, 0.0)]
 
 
 EFFECT = Effect(
     name="quadratic_damping",
     stage=Stage.ADDITIVE,
     summary="Turbulent flow through an orifice: force with the square of velocity, whatever the current.",
-    equation="lag dF/dt + F = coefficient v |v|",
+    equation=(
+        "lag dF/dt + F = coefficient v |v| in rebound (v >= 0), "
+        "coefficient (1 + change) v |v| in compression (v < 0)"
+    ),
     source=(
         "Orifice law dp = rho Q^2 / (2 Cd^2 A^2); Dixon, The Shock Absorber Handbook, 2nd ed. The chamber's "
-        "compliance may make it lag as the force behind H does."
+        "compliance may make it lag as the force behind H does; valves may open other orifices for either "
+        "direction."
     ),
     parameters=(
         Parameter("coefficient_n_s2_m2", "N*s^2/m^2", 0.0, 0.0, 1e5, 400.0, "force at 1 m/s", linear=True),
         FORCE_LAG,
+        Parameter(
+            "compression_change",
+            "1",
+            0.0,
+            -0.9,
+            5.0,
+            0.0,
+            "relative change of the force in compression",
+            0.3,
+            optional=True,
+        ),
     ),
     step=step,
     start=start,
