@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from mrctl.identify import hysteresis
-from mrctl.model.filters import BAND_HZ, Filter, FilterError
+from mrctl.model.filters import BAND_HZ, ORDER, Filter, FilterError
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def design_inverse_filter(forward: Filter) -> Filter:
         raise ValueError("an unstable filter has no inverse to design")
     found: list[tuple[float, Filter]] = []
     for fastest_hz, follow_hz, largest_gain in LADDER:
-        shaping = _Shaping(forward, follow_hz, largest_gain)
+        shaping = Shaping(forward, follow_hz, largest_gain)
         inverse = _shaped(forward, shaping, min(fastest_hz, FASTEST_SHARE * forward.sample_rate_hz))
         if _carries(inverse):
             found.append((_unlike(forward, inverse), inverse))
@@ -76,7 +76,7 @@ def _unlike(forward: Filter, inverse: Filter) -> float:
     return float(np.mean((within / BAND_ERROR) ** 2) + np.mean((beyond / FOLLOW_ERROR) ** 2))
 
 
-def _shaped(forward: Filter, shaping: _Shaping, fastest_hz: float) -> Filter:
+def _shaped(forward: Filter, shaping: Shaping, fastest_hz: float) -> Filter:
     """The best inverse filter with no pole beyond a frequency, and none that rings."""
     unit_hz = hysteresis.UNIT_RAD_S / (2.0 * np.pi)
     low, high = np.log(SLOWEST_HZ / unit_hz), np.log(fastest_hz / unit_hz)
@@ -87,10 +87,13 @@ def _shaped(forward: Filter, shaping: _Shaping, fastest_hz: float) -> Filter:
     def theta(x: Array) -> Array:
         return hysteresis.by_middle(np.concatenate([x[:1], x[1:2] + 0.5 * x[2:3], x[2:]]))
 
+    turned = np.stack([theta(unit) for unit in np.eye(6)], axis=1)  # theta is linear in x
+
     def fit(start: Array, evaluations: int) -> OptimizeResult:
         return least_squares(
             lambda x: shaping.errors(theta(x)),
             start,
+            jac=lambda x: shaping.slopes(theta(x)) @ turned,
             bounds=(lower, upper),
             x_scale="jac",
             max_nfev=evaluations,
@@ -115,11 +118,10 @@ def _carries(inverse: Filter) -> bool:
     return True
 
 
-class _Shaping:
+class Shaping:
     """The weighted errors of a cascade over frequency."""
 
     def __init__(self, forward: Filter, follow_hz: float, largest_gain: float) -> None:
-        self._largest_gain = largest_gain
         self._rate = forward.sample_rate_hz
         nyquist = 0.5 * self._rate
         edge = min(follow_hz, 0.5 * nyquist)
@@ -137,15 +139,27 @@ class _Shaping:
             ]
         )
         self._forward = forward.response(self._hz)
-        self._z = np.exp(-2j * np.pi * self._hz / self._rate)
+        delay = np.exp(-2j * np.pi * self._hz / self._rate)
+        self._delays = np.vander(delay, ORDER + 1, increasing=True)
+        self._gain_weight = 1.0 / largest_gain / np.sqrt(self._hz.size)
 
     def errors(self, theta: Array) -> Array:
         """Weighted deviations of the cascade from what is asked, and the inverse filter's own gain."""
         b, a = hysteresis.discretise(theta, self._rate)
-        inverse = np.polyval(b[::-1], self._z) / np.polyval(a[::-1], self._z)
+        inverse = (self._delays @ b) / (self._delays @ a)
         miss = self._weight * (self._forward * inverse - self._wanted)
-        gain = np.abs(inverse) / self._largest_gain / np.sqrt(self._hz.size)
-        return np.concatenate([miss.real, miss.imag, gain])
+        return np.concatenate([miss.real, miss.imag, self._gain_weight * np.abs(inverse)])
+
+    def slopes(self, theta: Array) -> Array:
+        """Derivatives of the errors by each parameter (errors × parameters)."""
+        b, a = hysteresis.discretise(theta, self._rate)
+        db, da = hysteresis.coefficient_slopes(theta, self._rate)
+        below = self._delays @ a
+        inverse = (self._delays @ b) / below
+        change = (self._delays @ db.T - inverse[:, None] * (self._delays @ da.T)) / below[:, None]
+        miss = (self._weight * self._forward)[:, None] * change
+        louder = np.real(np.conj(inverse)[:, None] * change) / np.maximum(np.abs(inverse), 1e-12)[:, None]
+        return np.concatenate([miss.real, miss.imag, self._gain_weight * louder])
 
     def numerator(self, logs: Array) -> Array:
         """The numerator that suits given poles: linear least squares on the same errors."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import bilinear
 
-from mrctl.identify.inverse_filter import LOOP_RATES_HZ, design_inverse_filter
+from mrctl.identify.inverse_filter import LOOP_RATES_HZ, Shaping, design_inverse_filter
 from mrctl.model.filters import Filter
 
 RATE_HZ = 1200.0
@@ -62,3 +62,12 @@ def test_a_late_filter_is_followed_where_it_can_be():
     inverse = design_inverse_filter(late)
     for hz, most in ((BAND_HZ, 0.004), (np.linspace(20.0, 40.0, 40), 0.2)):
         assert np.max(np.abs(inverse.response(hz) * late.response(hz) - 1.0)) < most
+
+
+def test_the_slopes_are_those_of_the_errors():
+    shaping = Shaping(forward("second order at 45 Hz"), 100.0, 30.0)
+    theta = np.array([1.0, 0.5, 2.0, 0.3, 0.2, 0.1])
+    steps = 1e-5 * np.eye(theta.size)
+    measured = [(shaping.errors(theta + step) - shaping.errors(theta - step)) / 2e-5 for step in steps]
+    found = shaping.slopes(theta).T
+    assert found == pytest.approx(np.array(measured), abs=1e-5 * np.abs(found).max())
