@@ -32,6 +32,8 @@ import generate
 import parameters
 import score
 import tracking
+from draw import SIZES
+from other import make_other
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.figures import parameters_of
@@ -68,12 +70,12 @@ def diagnosed(folder: Path, key: tuple = (), *, rounds: int = 0, track: bool = F
 def campaigns(seed: int, families: str, cases: int, out: Path) -> dict:
     """Draws and writes the campaigns; returns what is hidden in them, by folder."""
     hidden: dict = {}
-    todo = [(f, k) for f in families for k in range(generate.SIZES[f])]
+    todo = [(f, k) for f in families for k in range(SIZES[f])]
     share = max(1.0, len(todo) / cases)
     with Progress("Measuring", min(cases, len(todo))) as progress:
         for n in range(min(cases, len(todo))):
             family, k = todo[int(n * share)]
-            make = generate.make_other if family == "H" else generate.make_case
+            make = make_other if family == "H" else generate.make_case
             arguments = (seed, k, out) if family == "H" else (seed, family, k, out)
             name, truth = make(*arguments)
             hidden[name] = truth | {"key": [seed, family, k]}

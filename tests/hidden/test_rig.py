@@ -15,7 +15,10 @@ import follow
 import generate
 import parameters
 import tracking
+from fine import fine_signals
+from physics import IX
 from rig import Rig
+from spec import make_spec
 
 from mrctl.identify.records import Record
 from mrctl.measurements import load_campaign
@@ -26,10 +29,10 @@ FORMS = 68  # of family A: every effect in every form
 
 
 def _case(index):
-    spec = generate.make_spec(SEED, "A", index)
+    spec = make_spec(SEED, "A", index)
     (effect,) = spec["effects"]
     own = spec["parts"][effect] | {q: w for q, (_, w) in spec["path"].items()}
-    base = {q: float(spec["P"][at]) for q, at in generate.IX.items()}
+    base = {q: float(spec["P"][at]) for q, at in IX.items()}
     return {"effects": [effect], "parameters": {effect: own}, "base": base, "sensors": spec["sensors"]}
 
 
@@ -43,8 +46,8 @@ def test_every_parameter_of_every_form_is_compared_or_says_why_not(index):
 def test_a_rig_makes_the_force_that_the_campaign_had(tmp_path):
     name, truth = generate.make_case(SEED, "A", 5, tmp_path)
     written = np.loadtxt(tmp_path / name / "run_01.csv", delimiter=",", skiprows=1)
-    spec = generate.make_spec(SEED, "A", 5)
-    first = generate.fine_signals(spec)[0]
+    spec = make_spec(SEED, "A", 5)
+    first = fine_signals(spec)[0]
     force = Rig((SEED, "A", 5)).force(first)[first["n_pre"] : -1 : first["os"]]
     assert np.std(written[:, -1] - force) < 1.2 * truth["noise_rms_n"]
 
