@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify import hysteresis
+from mrctl.identify import filtering, hysteresis
 from mrctl.identify.knots import Located, locate
 from mrctl.identify.layout import Layout, Tables
 from mrctl.simulate.run import whole
@@ -87,7 +87,7 @@ def backbone(inputs: Inputs, t: Tables) -> Backbone:
 def force(inputs: Inputs, t: Tables) -> Array:
     """The model's force in N at each sample, the filter settled on the first."""
     b, a = hysteresis.discretise(t.filter, inputs.rate_hz)
-    return hysteresis.filtered(b, a, backbone(inputs, t).force_n, inputs.starts)
+    return filtering.filtered(b, a, backbone(inputs, t).force_n, inputs.starts)
 
 
 def in_blocks(x: Array, factor: int, *, picked: bool) -> Array:
@@ -133,7 +133,7 @@ class SlopeRows:
         At a coarser rate the filter is another one: slopes taken there lead a fit to where its error does
         not fall.
         """
-        rows = hysteresis.sensitivities(t.filter, rate_hz, u, y, starts)
+        rows = filtering.sensitivities(t.filter, rate_hz, u, y, starts)
         self.values[self.static.shape[0] :] = averaged(rows, u.size // self.values.shape[1])
 
     def in_blocks(self, by: int, room: int = 0, *, picked: bool) -> Rows:
@@ -229,10 +229,10 @@ def linearise(
     above the coarser rate, and saves most of the time.
     """
     u = backbone(inputs, t).force_n
-    y = hysteresis.filtered(*hysteresis.discretise(t.filter, inputs.rate_hz), u, inputs.starts)
+    y = filtering.filtered(*hysteresis.discretise(t.filter, inputs.rate_hz), u, inputs.starts)
     inner = 1 if picked else inner_factor(inputs.rate_hz, factor)
     rows = slope_rows(inputs, layout, t, inner)
     coarse = hysteresis.discretise(t.filter, inputs.rate_hz / inner)
-    hysteresis.filter_rows(*coarse, rows.static, inputs.starts // inner)
+    filtering.filter_rows(*coarse, rows.static, inputs.starts // inner)
     rows.add_filter(t, inputs.rate_hz, u, y, inputs.starts)
     return y, rows.in_blocks(factor // inner, picked=picked)

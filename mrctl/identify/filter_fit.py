@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify import hysteresis
+from mrctl.identify import filtering, hysteresis
 
 Array = NDArray[np.float64]
 
@@ -98,11 +98,11 @@ def _run(den: Array, num: Array, rate_hz: float, u: Array) -> Array:
     with_constant = num[-1] != 0.0
     if with_constant:
         theta = np.concatenate([_logs(den), m])
-        return hysteresis.filtered(*hysteresis.discretise(theta, rate_hz), u)
+        return filtering.filtered(*hysteresis.discretise(theta, rate_hz), u)
     # No constant term: the low-pass with it, less the low-pass without.
     both = np.concatenate([_logs(den), m])
     low = np.concatenate([_logs(den), np.zeros(order)])
-    full, plain = (hysteresis.filtered(*hysteresis.discretise(x, rate_hz), u) for x in (both, low))
+    full, plain = (filtering.filtered(*hysteresis.discretise(x, rate_hz), u) for x in (both, low))
     return np.asarray(full - plain, dtype=np.float64)
 
 
@@ -156,7 +156,7 @@ def fit_filter(
 
     def miss(at: Array) -> tuple[list[Array], float]:
         ys = [
-            hysteresis.filtered(*hysteresis.discretise(at, rate), u)
+            filtering.filtered(*hysteresis.discretise(at, rate), u)
             for rate, u in zip(rates_hz, static_n, strict=True)
         ]
         total = sum(float(w * np.sum((f - y) ** 2)) for w, f, y in zip(weights, force_n, ys, strict=True))
@@ -166,7 +166,7 @@ def fit_filter(
     for _ in range(ITERATIONS):
         matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
         for rate, u, y, f, w in zip(rates_hz, static_n, ys, force_n, weights, strict=True):
-            rows = hysteresis.sensitivities(theta, rate, u, y)
+            rows = filtering.sensitivities(theta, rate, u, y)
             matrix += w * (rows @ rows.T)
             right += w * (rows @ (f - y))
         before = here

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify import base, hysteresis
+from mrctl.identify import base, filtering, hysteresis
 from mrctl.identify.effects_fit import Dampers, Effects
 from mrctl.identify.layout import Layout, Tables
 from mrctl.model.effects.base import Settings, Stage
@@ -69,11 +69,11 @@ def linearise(
         slopes.static[:], beside = by_motion.of_tables(bare, gain, inner)
         bent, bent_beside = by_motion.of_filter(inner)
     coarse = hysteresis.discretise(t.filter, 1.0 / dt)
-    hysteresis.filter_rows(*coarse, slopes.static, starts)
+    filtering.filter_rows(*coarse, slopes.static, starts)
     slopes.add_filter(t, rate, here.yielded_n, here.filtered_n, run.starts)
     if bends:
         slopes.static[:] += beside
-        hysteresis.filter_rows(*coarse, bent, starts)
+        filtering.filter_rows(*coarse, bent, starts)
         slopes.values[slopes.static.shape[0] :] += bent + bent_beside
     if (settings[Stage.LIMIT] or settings[Stage.OUTPUT]) and not by_differences:
 
@@ -199,17 +199,17 @@ class Motion:
         bare (m, n): those of f g h at a given velocity; gain (n): what effects multiply it by.
         """
         carried = bare.copy()
-        hysteresis.filter_rows(*self._lag(self.filter), carried, self.here.run.starts)
+        filtering.filter_rows(*self._lag(self.filter), carried, self.here.run.starts)
         return self._rows(bare, carried, gain, factor)
 
     def of_filter(self, factor: int) -> tuple[Array, Array]:
         """The same by H's own parameters, for the motion's sake alone."""
         run = self.here.run
         static = self.here.level_n * self.here.shape
-        carried = hysteresis.filtered(*self._lag(self.filter), static, run.starts)
+        carried = filtering.filtered(*self._lag(self.filter), static, run.starts)
         rows = np.empty((self.filter.size, run.size))
         for k, step in enumerate(SLOPE_STEP * np.eye(self.filter.size)):
-            rows[k] = hysteresis.filtered(*self._lag(self.filter + step), static, run.starts) - carried
+            rows[k] = filtering.filtered(*self._lag(self.filter + step), static, run.starts) - carried
         rows /= SLOPE_STEP
         return self._rows(np.zeros_like(rows), rows, np.zeros(run.size), factor)
 

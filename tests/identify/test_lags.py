@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mrctl.identify import hysteresis
+from mrctl.identify import filtering, hysteresis
 
 RATE_HZ = 2000.0
 
@@ -44,8 +44,8 @@ def test_a_late_filter_is_one_that_is_not_behind_a_delay():
     t = np.arange(4000) / 2000.0
     u = np.sin(2.0 * np.pi * 6.0 * t) + 0.3 * np.sin(2.0 * np.pi * 17.0 * t)
     starts = np.array([0, t.size])
-    one = hysteresis.filtered(*hysteresis.discretise(late, 2000.0), u, starts)
-    other = hysteresis.filtered(*hysteresis.discretise(own, 2000.0), u, starts)
+    one = filtering.filtered(*hysteresis.discretise(late, 2000.0), u, starts)
+    other = filtering.filtered(*hysteresis.discretise(own, 2000.0), u, starts)
     behind = np.interp(t - delay_s, t, other)
     settled = slice(1000, None)
     assert np.max(np.abs(one - behind)[settled]) < 1e-3 < np.max(np.abs(one - other)[settled])
