@@ -15,6 +15,7 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.exchange import exchanged
 from mrctl.discover.grow import settled, without
 from mrctl.discover.next_run import NextRun, propose
+from mrctl.discover.own_delay import is_filters, why_own
 from mrctl.discover.proof import Proof
 from mrctl.discover.reveal import hidden_effects, taken_up
 from mrctl.discover.rivals import simplest
@@ -34,7 +35,6 @@ MOST_EFFECTS = 4
 _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
-OWN_DELAY_S = 8e-4  # H may hold as much itself: as published, a sample of 2 kHz and half of one that is held
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ def diagnose(
     report(0.3, "candidates")
     levels, found, last = _search(evidence, base, candidates, report)
     base, final = levels[0].before, levels[-1].before  # in the best valleys that the search came by
-    untestable |= _own_delay(final, [t.effect.name for t in found], known)
+    untestable |= why_own(final, [t.effect.name for t in found], known)
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
     if found and not stands:
         stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, last)
@@ -142,7 +142,7 @@ def _search(
         if not good or number == most:
             break
         best = simplest(good[0], level, good)
-        if _is_filters(best):
+        if is_filters(best):
             here, most = settled(best.proof, evidence.folds), most + 1
             if not found:
                 levels.clear()  # the base is another
@@ -158,22 +158,6 @@ def _search(
         here, last = settled(best.proof, evidence.folds), level
         found.append(best)
     return levels, found, last
-
-
-def _is_filters(trial: Trial) -> bool:
-    """Whether an effect is but what a filter of the base may hold itself."""
-    own = trial.effect.stage is Stage.OUTPUT and trial.effect.name == "sensor_delay"
-    return own and trial.fit.effect_values["sensor_delay"][0] <= OWN_DELAY_S
-
-
-def _own_delay(final: Proof, found: Sequence[str], known: Sequence[Effect]) -> dict[str, str]:
-    """Why a delay that was taken up is not named."""
-    values = final.fit.effect_values.get("sensor_delay")
-    if values is None or "sensor_delay" in {*found, *(e.name for e in known)}:
-        return {}
-    return {
-        "sensor_delay": f"the filter may be late by itself: {1e3 * values[0]:.2g} ms are taken as its own"
-    }
 
 
 def _confirmed(

@@ -11,15 +11,10 @@ from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.lines import Line
 from mrctl.discover.search import Trial
 from mrctl.discover.worth import accepted
-from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.joint_fit import FORM_DOUBT, NORMAL_95, JointFit
 from mrctl.model.effects.card import card
 
 Array = NDArray[np.float64]
-
-NORMAL_95 = 1.96
-# What sampled signals and a form that is only near the truth leave in a parameter, noise and all, over what
-# noise leaves alone. Found on one draw of the hidden-effect battery (seed 201), where 1 covered seven in ten.
-FORM_DOUBT = 2.0
 
 
 def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:

@@ -15,8 +15,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify import base, effects_fit, hysteresis, slopes
+from mrctl.identify import base, hysteresis
 from mrctl.identify.batch import Batch, batches
+from mrctl.identify.batch_forces import BatchForces
+from mrctl.identify.bounds import SLOWEST_POLE, base_bounds
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
@@ -27,7 +29,6 @@ from mrctl.identify.penalties import Penalty, base_penalties
 from mrctl.identify.records import Record
 from mrctl.identify.solver import Normal, covariance, solve
 from mrctl.model.effects.base import Vector
-from mrctl.simulate import Trace
 
 Array = NDArray[np.float64]
 
@@ -36,9 +37,6 @@ SETTLE_TIMES = 4.0  # slowest time constants that a record's start is left out f
 SETTLE_SHARE = 0.1  # but never more than this share of it
 FLOOR_SHARE = 1e-5  # of the force scale: noise below this is no noise
 EFFECT_SPREAD = 30.0  # steps that matter: the weak pull of an effect's parameters to neutral
-FASTEST_POLE = 0.8 * np.pi / hysteresis.UNIT_RAD_S  # times the sample rate
-SLOWEST_POLE = 0.02  # 0.2 Hz
-LEAST_DAMPED = 50.0  # half the inverse of a pair's damping
 BEND_STEP = 0.1  # of a step, over which the forces' bend is taken
 MOST_KEPT = 12_000_000  # slopes, of 8 bytes each
 
@@ -57,8 +55,7 @@ class WeighedSlopes:
 class JointModel:
     """Records under one layout, with effects; what the fit, the covariance and the diagnosis ask of them.
 
-    Not for two threads at once: it keeps the last simulation of each record, so that the next one
-    repeats only what changed.
+    Not for two threads at once, as `BatchForces` is not.
     """
 
     layout: Layout
@@ -69,8 +66,7 @@ class JointModel:
     batches: list[Batch] = field(init=False, repr=False)
     weights: Array = field(init=False, repr=False)
     noise_n: Array = field(init=False, repr=False)
-    _traces: list[Trace | None] = field(init=False, repr=False, default_factory=list)
-    _kept: effects_fit.Kept = field(init=False, repr=False, default_factory=effects_fit.Kept)
+    _forces: BatchForces = field(init=False, repr=False)
     _slopes: list[WeighedSlopes] | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
@@ -100,8 +96,7 @@ class JointModel:
 
     def forget(self) -> None:
         """Let go of the kept simulations and slopes; they are made again when asked for."""
-        self._traces = [None] * len(self.batches)
-        self._kept = effects_fit.Kept()
+        self._forces = BatchForces(self.layout, self.effects, self.batches)
         self._slopes = None
 
     @property
@@ -145,29 +140,9 @@ class JointModel:
     def predict(self, theta: Array) -> list[Array]:
         """Force in N of each record."""
         found: dict[int, Array] = {}
-        for batch, force in zip(self.batches, self._forces(theta), strict=True):
+        for batch, force in zip(self.batches, self._forces.at(theta), strict=True):
             found |= zip(batch.records, batch.samples(force), strict=True)
         return [found[k] for k in range(len(self.records))]
-
-    def _forces(self, theta: Array) -> list[Array]:
-        """Force in N of each batch."""
-        tables = self.tables(theta)
-        if not self.effects.size:
-
-            def plain(k: int) -> Array:
-                batch = self.batches[k]
-                return batch.as_stored(base.force(batch.inputs, tables))
-
-            return in_parallel(plain, range(len(self.batches)))
-        settings = self.effects.settings(theta[self.layout.size :])
-        dampers = effects_fit.Dampers(self.layout, tables)
-
-        def force(k: int) -> Array:
-            trace = dampers.traced(self.batches[k].run, settings, self._traces[k])
-            self._traces[k] = trace
-            return self.batches[k].as_stored(trace.force_n)
-
-        return in_parallel(force, range(len(self.batches)))
 
     def errors(self, theta: Array) -> list[Array]:
         """Measured less predicted force in N of each record, every sample."""
@@ -188,7 +163,7 @@ class JointModel:
     def cost(self, theta: Array) -> float:
         """Half the weighted square sum."""
         total = 0.0
-        for batch, force in zip(self.batches, self._forces(theta), strict=True):
+        for batch, force in zip(self.batches, self._forces.at(theta), strict=True):
             rest = batch.weighed(batch.force_n - force) * self.block_weights(batch, theta)
             total += 0.5 * float(rest @ rest)
         return total
@@ -200,38 +175,15 @@ class JointModel:
             part[self.settle_blocks(theta, self.records[k]) :] = np.sqrt(self.weights[k])
         return roots
 
-    def _linear(self, theta: Array, number: int, dampers: effects_fit.Dampers) -> tuple[Array, base.Rows]:
-        """A batch's residual (blocks) and the force's slopes (m, blocks)."""
-        batch = self.batches[number]
-        if self.effects.size:
-            at = theta[self.layout.size :]
-            trace, rows = slopes.linearise(
-                batch.run,
-                dampers,
-                self.effects,
-                at,
-                batch.factor,
-                self._traces[number],
-                picked=batch.picked,
-            )
-            self._traces[number] = trace
-            force = trace.force_n
-        else:
-            force, rows = base.linearise(
-                batch.inputs, self.layout, dampers.tables, batch.factor, picked=batch.picked
-            )
-        rest = batch.weighed(batch.force_n - batch.as_stored(force))
-        return rest, replace(rows, values=batch.as_stored(rows.values, batch.factor))
-
     def jacobians(self, theta: Array) -> Iterator[tuple[Array, base.Rows]]:
         """Record by record: residual (n) and the force's slopes (m, n) by the parameters it sees."""
-        dampers = effects_fit.Dampers(self.layout, self.tables(theta), self._kept)
+        dampers = self._forces.dampers(theta)
         waiting: dict[int, tuple[Array, base.Rows]] = {}
         number = 0
         for k, record in enumerate(self.records):
             while k not in waiting:
                 batch = self.batches[number]
-                rest, rows = self._linear(theta, number, dampers)
+                rest, rows = self._forces.linear(theta, number, dampers)
                 parts = zip(batch.blocks(rest), batch.blocks(rows.values), strict=True)
                 waiting |= {
                     n: (r, replace(rows, values=v)) for n, (r, v) in zip(batch.records, parts, strict=True)
@@ -243,11 +195,11 @@ class JointModel:
 
     def normal(self, theta: Array) -> Normal:
         """Weighted normal equations, batch by batch; slopes are kept for `bend` where they are not many."""
-        dampers = effects_fit.Dampers(self.layout, self.tables(theta), self._kept)
+        dampers = self._forces.dampers(theta)
         keep = sum(b.force_n.size // b.factor for b in self.batches) * self.size <= MOST_KEPT
 
         def part(k: int) -> tuple[WeighedSlopes | None, NDArray[np.intp], Array, Array, float]:
-            rest, rows = self._linear(theta, k, dampers)
+            rest, rows = self._forces.linear(theta, k, dampers)
             roots = self.block_weights(self.batches[k], theta)
             rest, values = rest * roots, np.multiply(rows.values, roots, out=rows.values)
             kept = WeighedSlopes(rows.index, values, rest, roots) if keep else None
@@ -272,38 +224,18 @@ class JointModel:
         if np.any((there < lower) | (there > upper)):
             return None
         pull = np.zeros(self.size)
-        for batch, force, own in zip(self.batches, self._forces(there), self._slopes, strict=True):
+        for batch, force, own in zip(self.batches, self._forces.at(there), self._slopes, strict=True):
             moved = own.rest - batch.weighed(batch.force_n - force) * own.roots
             bent = (moved / BEND_STEP - step[own.index] @ own.values) * (2.0 / BEND_STEP)
             pull[own.index] += own.values @ bent
         return pull if np.all(np.isfinite(pull)) else None
 
     def bounds(self) -> tuple[Array, Array]:
-        """Bounds of each parameter: f rises, g has the velocity's sign, poles are within reach."""
-        layout, parts = self.layout, self.layout.parts
-        lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
-        steps = np.diff(layout.current_a, prepend=layout.current_a[0] - 1.0)
-        lower[parts["f"]] = 1e-4 * steps
-        sign = np.sign(layout.velocity_m_s[layout.free_g])
-        at = np.arange(parts["g"].start, parts["g"].stop)
-        lower[at[sign > 0]], upper[at[sign < 0]] = 1e-6, -1e-6
-        for name in ("h_on", "h_off"):
-            lower[parts[name]], upper[parts[name]] = np.log(0.05), np.log(20.0)
-        if layout.free_blend:
-            low, high = float(layout.current_a[0]), float(layout.current_a[-1])
-            lower[parts["blend"]], upper[parts["blend"]] = low, high
-        order = layout.order
-        top = FASTEST_POLE * max(r.rate_hz for r in self.records)
-        poles = np.arange(parts["filter"].start, parts["filter"].start + order)
-        slowest = np.log(self.slowest_pole)
-        lower[poles], upper[poles] = slowest, np.log(top)
-        if order >= 2:
-            lower[poles[-1]], upper[poles[-1]] = 2 * slowest, 2 * np.log(top)
-            upper[poles[-2]] = np.log(LEAST_DAMPED * top)
-        if self.minimum_phase:
-            lower[parts["filter"].stop - order : parts["filter"].stop] = 0.0
-        own_lower, own_upper = self.effects.bounds()
-        return np.concatenate([lower, own_lower]), np.concatenate([upper, own_upper])
+        """Lower and upper bound of each parameter, the effects' last."""
+        rate_hz = max(r.rate_hz for r in self.records)
+        own = base_bounds(self.layout, rate_hz, self.slowest_pole, minimum_phase=self.minimum_phase)
+        lower, upper = (np.concatenate(pair) for pair in zip(own, self.effects.bounds(), strict=True))
+        return lower, upper
 
     def free(self) -> NDArray[np.bool_]:
         """Which parameters a fit moves unless told otherwise: all but the effects' held ones."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import hysteresis
-from mrctl.identify.joint import SLOWEST_POLE
+from mrctl.identify.bounds import SLOWEST_POLE
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.noise import correlation_inflation
 from mrctl.identify.plain_lags import with_plain_lag

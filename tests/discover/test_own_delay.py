@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from discover.campaigns import road, shipped, with_effect
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.extend import extend
-from mrctl.measurements.run import Campaign
+from mrctl.discover.own_delay import is_filters
+from mrctl.measurements.run import Campaign, Run
 from mrctl.model.damper import Damper
 from mrctl.model.effects.registry import effects
 
@@ -23,6 +26,20 @@ def _campaign(damper: Damper) -> Campaign:
 
     runs = [road(damper, seconds=8.0, seed=seed, noise=noise, name=f"road_{seed}.csv") for seed in range(4)]
     return Campaign(Path("roads"), tuple(runs), "0" * 64)
+
+
+def _every_fourth(campaign: Campaign) -> Campaign:
+    """The campaign as a slower logger has it."""
+    channels = [f.name for f in fields(Run) if isinstance(getattr(campaign.runs[0], f.name), np.ndarray)]
+    runs = [
+        replace(
+            run,
+            sample_rate_hz=run.sample_rate_hz / 4.0,
+            **{name: getattr(run, name)[::4] for name in channels},
+        )
+        for run in campaign.runs
+    ]
+    return replace(campaign, runs=tuple(runs))
 
 
 def test_the_published_filter_alone_is_no_delay():
@@ -45,3 +62,45 @@ def test_a_late_force_is_still_a_delay():
     result = diagnose(_campaign(with_effect(shipped(), "sensor_delay", delay_s=3e-3)))
     assert (result.verdict, result.effects) == ("found", ("sensor_delay",))
     assert result.final.fit.effect_values["sensor_delay"][0] == pytest.approx(3.5e-3, abs=0.5e-3)
+
+
+class _Fit:
+    """A fit that found a delay, as far as `is_filters` asks."""
+
+    def __init__(self, delay_s: float, std_s: float, rate_hz: float, finer: int = 1) -> None:
+        record = SimpleNamespace(rate_hz=finer * rate_hz, finer=finer)
+        self.model = SimpleNamespace(records=[record])
+        self.effect_values = {"sensor_delay": (delay_s,)}
+        self._std = std_s
+
+    def effect_std(self) -> dict[str, tuple[float, ...]]:
+        return {"sensor_delay": (self._std,)}
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "std_s", "rate_hz", "finer", "own"),
+    [
+        (0.7e-3, 1e-5, 2000.0, 1, True),
+        (1.0e-3, 1e-5, 2000.0, 1, False),
+        (1.0e-3, 1e-4, 2000.0, 1, True),  # its interval reaches down to what a filter may hold
+        (1.9e-3, 1e-3, 2000.0, 1, False),  # twice as much is a delay, however rough its size
+        (1.9e-3, 1e-5, 250.0, 1, True),  # half a sample
+        (2.3e-3, 2e-4, 250.0, 4, True),  # the sample that was measured counts, not the one simulated
+        (2.3e-3, 1e-5, 250.0, 4, False),
+    ],
+)
+def test_what_sampling_may_make_late_is_the_filters_own(delay_s, std_s, rate_hz, finer, own):
+    trial = SimpleNamespace(effect=effects()["sensor_delay"], fit=_Fit(delay_s, std_s, rate_hz, finer))
+    assert is_filters(trial) is own
+
+
+def test_of_other_effects_it_is_not_asked():
+    trial = SimpleNamespace(effect=effects()["gas_spring"], fit=_Fit(1e-4, 1e-5, 1000.0))
+    assert not is_filters(trial)
+
+
+def test_half_a_slow_sample_late_is_no_delay():
+    """As a velocity differenced backward is, for one."""
+    late = with_effect(shipped(), "sensor_delay", delay_s=1.2e-3)
+    result = diagnose(_every_fourth(_campaign(late)))
+    assert (result.verdict, result.effects) == ("none", ())
