@@ -14,6 +14,7 @@ SEARCHED_SAMPLES = 20000  # of runs that repeat, where there are more
 SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower runs are refined, faster ones averaged; ...
 LONG_S = 120.0  # ... in a campaign longer than this at half these rates
 FEWEST_CYCLES = 3  # of a run that repeats, to be searched
+RUN_OUT = 1.5  # cycles that may follow the steady ones: the motion's end, and a cycle that is not whole
 LONGEST_S = 10.0  # a longer run may be heating up, ...
 DRIFTING = 0.5  # ... and one that drifts this much, in RMS of its noise, is
 
@@ -42,12 +43,20 @@ def at_search_rates(
 
 
 def shortened(record: Record, floor: NoiseFloor, share: float) -> Record:
-    """That share of a short run that repeats, a few cycles at least; any other run whole."""
-    if share >= 1.0 or floor.cycles < FEWEST_CYCLES or len(record) / record.rate_hz > LONGEST_S:
+    """That share of a short run that repeats to its end, a few cycles at least; any other run whole.
+
+    What is left away must be more of the same: not the next of several motions in one run.
+    """
+    steady = floor.steady
+    if share >= 1.0 or steady is None or len(record) / record.rate_hz > LONGEST_S:
         return record
     if floor.floor_n and floor.drift_n and floor.drift_n > DRIFTING * floor.floor_n:
         return record
-    return record.part(0, int(len(record) * max(share, FEWEST_CYCLES / floor.cycles)))
+    end = steady.start + steady.count * steady.period
+    if steady.samples - end > RUN_OUT * steady.period:
+        return record
+    kept = max(share * steady.samples, steady.start + FEWEST_CYCLES * steady.period)
+    return record.part(0, int(kept * len(record) / steady.samples))
 
 
 def _seconds(records: Sequence[Record]) -> float:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.noise_floor import NoiseFloor
+from mrctl.discover.noise_floor import Cycles, NoiseFloor
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
 from mrctl.discover.verdict import FORESEEN, _bent, _foreseen
 from mrctl.discover.worth import accepted
@@ -46,15 +46,35 @@ def test_a_form_that_ends_where_another_begins_is_not_bent():
     assert not _bent(turns, SimpleNamespace(fit=SimpleNamespace(effect_values={turns.name: one_s})))
 
 
+def _still_record(n=4000, rate_hz=1000.0):
+    still = np.zeros(n)
+    return Record(0, rate_hz, np.sin(np.arange(n) / 50.0), still, still, still, still, still)
+
+
 @pytest.mark.parametrize("drift_n", [0.0, 2.0, 40.0])
 def test_a_run_that_drifts_is_searched_whole(drift_n):
-    n, rate_hz = 4000, 1000.0
-    still = np.zeros(n)
-    record = Record(0, rate_hz, np.sin(np.arange(n) / 50.0), still, still, still, still, still)
-    floor = NoiseFloor(8.0, "cycles", 8.0, cycles=12, drift_n=drift_n)
+    record = _still_record()
+    cycles = Cycles(start=300.0, period=300.0, count=12, samples=len(record))
+    floor = NoiseFloor(8.0, "cycles", 8.0, cycles=12, drift_n=drift_n, steady=cycles)
     found = shortened(record, floor, share=0.1)
-    assert len(found) == (n if drift_n > 8.0 else n * FEWEST_CYCLES // 12)
+    assert len(found) == (len(record) if drift_n > 8.0 else 300 + FEWEST_CYCLES * 300)
     assert shortened(record, floor, share=1.0) is record
+    assert len(shortened(record, floor, share=0.6)) == (len(record) if drift_n > 8.0 else 2400)
+
+
+@pytest.mark.parametrize(("count", "whole"), [(12, False), (11, False), (9, True), (5, True)])
+def test_a_run_in_which_another_motion_follows_is_searched_whole(count, whole):
+    record = _still_record()
+    cycles = Cycles(start=300.0, period=300.0, count=count, samples=len(record))
+    floor = NoiseFloor(8.0, "cycles", 8.0, cycles=count, drift_n=0.0, steady=cycles)
+    assert (shortened(record, floor, share=0.1) is record) == whole
+
+
+def test_another_motion_before_the_one_that_repeats_is_searched_too():
+    record = _still_record()
+    cycles = Cycles(start=2000.0, period=200.0, count=10, samples=len(record))
+    floor = NoiseFloor(8.0, "cycles", 8.0, cycles=10, drift_n=0.0, steady=cycles)
+    assert len(shortened(record, floor, share=0.1)) == 2000 + FEWEST_CYCLES * 200
 
 
 def trial(taken, of_ms, **others):
