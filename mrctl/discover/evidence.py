@@ -13,7 +13,8 @@ from mrctl.discover.budget import Budget, budget_of
 from mrctl.discover.current_clock import current_late_s, earlier
 from mrctl.discover.folds import folds_of
 from mrctl.discover.grow import Folds
-from mrctl.discover.input_noise import Spectrum, input_noise, noise_spectrum, steadied
+from mrctl.discover.input_noise import input_noise, steadied
+from mrctl.discover.motion_noise import Spectrum, noise_spectrum
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import TOLERANCE
