@@ -34,6 +34,7 @@ Report = Callable[[float, str], None]
 MOST_EFFECTS = 4
 _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
+EVENED = 4  # times that the runs' scales are taken: the first time the tables have made up for some
 CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
 
 
@@ -73,6 +74,11 @@ def diagnose(
     evidence = evidence.steadied(base.fit).zeroed(base.fit).synchronised(base.fit)
     evidence = evidence.timed(evidence.stepless(base.fit))
     base = evidence.base(known, base.fit.effect_values, base.fit)
+    for _ in range(EVENED):
+        even = evidence.evened(base.fit)
+        if even is evidence:
+            break
+        evidence, base = even, even.base(known, base.fit.effect_values, base.fit)
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
     report(0.3, "candidates")
@@ -139,9 +145,9 @@ def _search(
         levels.append(level)
         report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
         here = level.before
-        if not good or number == most:
+        best = _best(evidence, level, good)
+        if best is None or number == most:
             break
-        best = simplest(good[0], level, good)
         if is_filters(best):
             here, most = settled(best.proof, evidence.folds), most + 1
             if not found:
@@ -158,6 +164,16 @@ def _search(
         here, last = settled(best.proof, evidence.folds), level
         found.append(best)
     return levels, found, last
+
+
+def _best(evidence: Evidence, level: Level, good: Sequence[Trial]) -> Trial | None:
+    """The effect to add: the simplest of the best that the runs bear out to their ends."""
+    while good:
+        best = simplest(good[0], level, good)
+        if evidence.bears_out(best.fit, level.before.fit):
+            return best
+        good = [t for t in good if t is not best]
+    return None
 
 
 def _confirmed(

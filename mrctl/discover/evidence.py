@@ -14,12 +14,15 @@ from mrctl.discover.current_clock import current_late_s, earlier
 from mrctl.discover.folds import folds_of
 from mrctl.discover.grow import Folds
 from mrctl.discover.input_noise import input_noise, steadied
+from mrctl.discover.load_cell import LoadCell
 from mrctl.discover.motion_noise import Spectrum, noise_spectrum
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.race import TOLERANCE
+from mrctl.discover.run_gains import run_gains
 from mrctl.discover.run_zeros import run_zeros
 from mrctl.discover.searched import at_search_rates
+from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.step_times import timed, trusted, without_steps
 from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.errors import InputError
@@ -40,6 +43,7 @@ Array = NDArray[np.float64]
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 STEPLESS_ITERATIONS = 30
+WHOLE = 0.95  # of the seconds measured, for a search to have seen them all
 CLOSE_TO_NOISE = 2.0  # in mean square, for what a fit misses in the mean to be a load cell's zeros
 
 
@@ -54,7 +58,7 @@ class Evidence:
     floors: list[NoiseFloor]
     folds: Folds
     motion_noise: Spectrum | None
-    zeros_n: Array  # (records,) taken off each run's force: the load cell's zero in that run
+    cell: LoadCell  # taken off the runs' forces
     current_late_s: float = 0.0  # taken off the current's clock
 
     @classmethod
@@ -72,7 +76,7 @@ class Evidence:
                 "measure velocity and force in motion",
             )
         floors = in_parallel(lambda r: noise_floor(campaign.runs[r.run]), moving)
-        return cls._of(campaign, moving, floors, noise_spectrum(moving), np.zeros(len(moving)))
+        return cls._of(campaign, moving, floors, noise_spectrum(moving), LoadCell.true(len(moving)))
 
     @classmethod
     def _of(
@@ -81,17 +85,17 @@ class Evidence:
         measured: list[Record],
         floors: list[NoiseFloor],
         motion_noise: Spectrum | None,
-        zeros_n: Array,
+        cell: LoadCell,
         timing: Callable[[list[Record]], list[Record]] = list,
     ) -> Evidence:
         full, records = at_search_rates(measured, floors, timing)
-        return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise, zeros_n)
+        return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise, cell)
 
     def _with(
         self, measured: list[Record], timing: Callable[[list[Record]], list[Record]] = list
     ) -> Evidence:
         """The same campaign's evidence from other versions of its records."""
-        anew = self._of(self.campaign, measured, self.floors, self.motion_noise, self.zeros_n, timing)
+        anew = self._of(self.campaign, measured, self.floors, self.motion_noise, self.cell, timing)
         return replace(anew, current_late_s=self.current_late_s)
 
     def steadied(self, fit: JointFit) -> Evidence:
@@ -107,32 +111,42 @@ class Evidence:
         Nor where the fit leaves far more than noise: a wrong model's error has a mean in each run as well.
         """
         errors = self.steady_errors(fit)
-        zeros = run_zeros(errors, self.full, self.zeros_n)
+        zeros = run_zeros(errors, self.full, self.cell.zeros_n)
         if zeros.any():
             budget = self.budget(fit)
             means = float(np.average([e.mean() ** 2 for e in errors], weights=[e.size for e in errors]))
             if budget.judged - means > CLOSE_TO_NOISE * budget.noise:
                 zeros = np.zeros(zeros.size)
-        return self._less(zeros)
+        return self._with_cell(replace(self.cell, zeros_n=zeros))
+
+    def evened(self, fit: JointFit) -> Evidence:
+        """The same, without each run's own scale of the force, if with that a fit leaves nothing but noise.
+
+        Else itself: what a wrong model leaves is in proportion to the force as well, and more besides.
+        """
+        errors = self.steady_errors(fit)
+        forces = fit.model.on(self.full).predict(fit.theta)
+        modelled = [m[:: r.finer][-e.size :] for r, m, e in zip(self.full, forces, errors, strict=True)]
+        gains = run_gains(errors, modelled, self.full)
+        if not gains.any():
+            return self
+        even = self._with_cell(self.cell.with_gains(gains))
+        return even if even.budget(fit).excess <= 0.0 else self
 
     def as_measured(self) -> Evidence:
-        """The same with the forces' zeros as they were: what a wrong model misses in the mean is no zero."""
-        return self._less(np.zeros(len(self.zeros_n)))
+        """The same with the forces as they were: what a wrong model misses in the mean is no zero."""
+        return self._with_cell(LoadCell.true(len(self.measured)))
 
-    def _less(self, zeros_n: Array) -> Evidence:
-        if np.array_equal(zeros_n, self.zeros_n):
+    def _with_cell(self, cell: LoadCell) -> Evidence:
+        if cell.same_as(self.cell):
             return self
-        more = zeros_n - self.zeros_n
-
-        def less(records: list[Record]) -> list[Record]:
-            return [replace(r, force_n=r.force_n - z) for r, z in zip(records, more, strict=True)]
-
+        anew = partial(cell.instead_of, self.cell)
         return replace(
             self,
-            measured=less(self.measured),
-            full=less(self.full),
-            records=less(self.records),
-            zeros_n=zeros_n,
+            measured=anew(self.measured),
+            full=anew(self.full),
+            records=anew(self.records),
+            cell=cell,
         )
 
     def synchronised(self, fit: JointFit) -> Evidence:
@@ -174,8 +188,8 @@ class Evidence:
         return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
 
     def rezeroed(self, proof: Proof) -> tuple[Evidence, Proof]:
-        """The runs' zeros taken anew with a model that has been found, and the model fitted to that."""
-        evidence = self.zeroed(proof.fit)
+        """The runs' zeros and scales taken anew with a model that has been found, and that fitted to them."""
+        evidence = self.zeroed(proof.fit).evened(proof.fit)
         if evidence is self:
             return self, proof
         return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
@@ -229,6 +243,17 @@ class Evidence:
             for f, e in zip(input_noise(fit, self.full, self.motion_noise), errors, strict=True)
         ]
         return budget_of(errors, brought, self.floors, [r.rate_hz / r.finer for r in self.full])
+
+    def bears_out(self, better: JointFit, plain: JointFit) -> bool:
+        """Whether what was fitted to a part of the runs only does better on them whole, too.
+
+        What heats, or remembers otherwise, goes on past the cycles that a search takes.
+        """
+        seconds = [sum(len(r) / r.rate_hz for r in records) for records in (self.records, self.full)]
+        if seconds[0] > WHOLE * seconds[1]:
+            return True
+        errors = self.steady_errors(better), self.steady_errors(plain)
+        return mean_square(errors[0]) < mean_square(errors[1])
 
     def steady_errors(self, fit: JointFit) -> list[Array]:
         """Measured less modelled force in N at the samples measured, without starts that a fit leaves out.

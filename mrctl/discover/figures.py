@@ -57,8 +57,13 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
         "channels": {
             "zeros_n": {
                 d.evidence.campaign.runs[r.run].name: float(zero)
-                for r, zero in zip(d.evidence.measured, d.evidence.zeros_n, strict=True)
+                for r, zero in zip(d.evidence.measured, d.evidence.cell.zeros_n, strict=True)
                 if zero
+            },
+            "gains": {
+                d.evidence.campaign.runs[r.run].name: float(gain)
+                for r, gain in zip(d.evidence.measured, d.evidence.cell.gains, strict=True)
+                if gain
             },
             "current_late_s": d.evidence.current_late_s,
         },
@@ -167,9 +172,12 @@ def root(mean_square: float) -> float:
 def _channel_words(d: Diagnosis) -> str:
     """What the channels themselves did, and was taken out."""
     words = ""
-    if d.evidence.zeros_n.any():
-        most = float(np.max(np.abs(d.evidence.zeros_n)))
+    if d.evidence.cell.zeros_n.any():
+        most = float(np.max(np.abs(d.evidence.cell.zeros_n)))
         words += f" The load cell's zero differs from run to run, by up to {most:.3g} N: taken out."
+    if d.evidence.cell.gains.any():
+        most = 100.0 * float(np.max(np.abs(d.evidence.cell.gains)))
+        words += f" The force's scale differs from run to run, by up to {most:.2g} %: taken out."
     if d.evidence.current_late_s:
         words += f" The current was written {1e3 * d.evidence.current_late_s:.2g} ms late: taken as earlier."
     return words

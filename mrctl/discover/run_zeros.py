@@ -54,11 +54,16 @@ def run_zeros(errors: Sequence[Array], records: Sequence[Record], before_n: Arra
 
 def _by_a_condition(apart: Array, records: Sequence[Record]) -> bool:
     """Whether zeros (runs) go with what the runs were made at."""
+    varied = conditions_of(records)
+    return any(float(pearsonr(c, apart).pvalue) < BY_CONDITION / len(varied) for c in varied)
+
+
+def conditions_of(records: Sequence[Record]) -> list[Array]:
+    """What the runs were made at, one array (runs) for each that varies over them."""
     conditions = {
         "current_a": [float(np.mean(r.current_a)) for r in records],
         "temperature_c": [float(np.mean(r.temperature_c)) for r in records],
         "velocity_m_s": [float(np.std(r.velocity_m_s)) for r in records],
         "displacement_m": [float(np.mean(r.displacement_m)) for r in records],
     }
-    varied = [values for name, values in conditions.items() if np.ptp(values) > SAME[name]]
-    return any(float(pearsonr(c, apart).pvalue) < BY_CONDITION / len(varied) for c in varied)
+    return [np.array(values) for name, values in conditions.items() if np.ptp(values) > SAME[name]]

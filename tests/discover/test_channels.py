@@ -14,6 +14,8 @@ from mrctl.discover.current_clock import current_late_s, earlier
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.figures import diagnosis_figures, verdict_words
+from mrctl.discover.load_cell import LoadCell
+from mrctl.discover.run_gains import run_gains
 from mrctl.discover.run_zeros import run_zeros
 from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign, Run
@@ -73,7 +75,9 @@ def steady_runs(damper, zeros_n=SPREAD_N) -> Campaign:
 def test_runs_with_zeros_of_their_own_miss_nothing_and_it_is_said():
     diagnosis = diagnose(steady_runs(shipped()))
     assert diagnosis.verdict == "none"
-    assert diagnosis.evidence.zeros_n == pytest.approx(1.5 * SPREAD_N, abs=3.0)  # of two runs at a current
+    assert diagnosis.evidence.cell.zeros_n == pytest.approx(
+        1.5 * SPREAD_N, abs=3.0
+    )  # of two runs at a current
     assert "zero" in verdict_words(diagnosis)
     assert diagnosis_figures(diagnosis)["channels"]["zeros_n"]["0.csv"] == pytest.approx(9.0, abs=2.0)
 
@@ -81,17 +85,75 @@ def test_runs_with_zeros_of_their_own_miss_nothing_and_it_is_said():
 def test_a_true_offset_beside_them_is_not_taken_for_zeros():
     diagnosis = diagnose(steady_runs(with_effect(shipped(), "force_offset", offset_n=120.0)))
     assert "force_offset" in diagnosis.effects
-    assert np.abs(diagnosis.evidence.zeros_n).max() < 20.0
+    assert np.abs(diagnosis.evidence.cell.zeros_n).max() < 20.0
 
 
 def test_what_a_wrong_model_misses_in_the_mean_is_no_zero():
     evidence = Evidence.of(steady_runs(shipped()))
     zeroed = evidence.zeroed(evidence.base().fit)
-    assert zeroed.zeros_n.any()
+    assert zeroed.cell.zeros_n.any()
     again = zeroed.as_measured()
     for before, after in zip(evidence.full, again.full, strict=True):
         assert after.force_n == pytest.approx(before.force_n)
-    assert not again.zeros_n.any()
+    assert not again.cell.zeros_n.any()
+
+
+GAINS = np.array([0.008, -0.011, 0.004, -0.006, 0.012, -0.007])
+
+
+def scaled(gains: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """What is left of runs measured larger by such shares, and their modelled force."""
+    forces = [800.0 * np.sin(np.arange(4000) / 60.0 + k) for k in range(gains.size)]
+    rests = zip(gains, forces, left(SPREAD_N[: gains.size]), strict=True)
+    return [g * f + rest for g, f, rest in rests], forces
+
+
+def test_each_runs_scale_is_what_its_error_has_of_the_force():
+    assert run_gains(*scaled(GAINS), driven()) == pytest.approx(GAINS - GAINS.mean(), abs=5e-4)
+
+
+def test_a_scale_of_all_runs_is_the_models():
+    assert run_gains(*scaled(GAINS + 0.02), driven()) == pytest.approx(GAINS - GAINS.mean(), abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    "gains",
+    [np.full(6, 0.01), 10.0 * GAINS, GAINS[:5], 0.01 * CURRENTS_A, 0.02 * (CURRENTS_A - 1.0) ** 2],
+    ids=["all alike", "more than a rig scatters", "few runs", "goes with the current", "with its square"],
+)
+def test_what_is_no_scale_is_left_alone(gains):
+    errors, forces = scaled(gains)
+    assert not run_gains(errors, forces, driven(gains.size)).any()
+
+
+def _scattered(campaign: Campaign, gains: np.ndarray) -> Campaign:
+    each = zip(campaign.runs, gains, strict=True)
+    return replace(campaign, runs=tuple(replace(r, force_n=(1.0 + g) * r.force_n) for r, g in each))
+
+
+def test_runs_with_scales_of_their_own_miss_nothing_and_it_is_said():
+    diagnosis = diagnose(_scattered(steady_runs(shipped()), GAINS))
+    assert diagnosis.verdict == "none"
+    gains = diagnosis.evidence.cell.gains
+    assert gains[1] - gains[0] == pytest.approx(GAINS[1] - GAINS[0], rel=0.3)
+    assert "scale differs from run to run" in verdict_words(diagnosis)
+    assert diagnosis_figures(diagnosis)["channels"]["gains"]
+
+
+def test_what_a_wrong_model_leaves_is_no_scale():
+    spring = with_effect(shipped(), "gas_spring", preload_n=0.0, stiffness_n_m=4000.0, progression_per_m=0.0)
+    evidence = Evidence.of(_scattered(steady_runs(spring), GAINS))
+    base = evidence.base()
+    assert evidence.evened(base.fit) is evidence
+
+
+def test_a_load_cell_is_put_back():
+    evidence = Evidence.of(steady_runs(shipped()))
+    cell = LoadCell(SPREAD_N, GAINS)
+    taken = cell.instead_of(evidence.cell, evidence.full)
+    assert taken[0].force_n == pytest.approx((evidence.full[0].force_n - SPREAD_N[0]) / (1.0 + GAINS[0]))
+    for before, after in zip(evidence.full, evidence.cell.instead_of(cell, taken), strict=True):
+        assert after.force_n == pytest.approx(before.force_n)
 
 
 def changing(late: int) -> Campaign:

@@ -1,0 +1,71 @@
+"""The scale of the force, which may be another in each run: an amplifier's, a current's, a damper's day.
+
+No run repeats another to better than some tenths of a percent. What is left in each run in proportion to the
+modelled force, without any rule among the runs, is no physics that an effect could follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations_with_replacement
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, pearsonr
+
+from mrctl.discover.run_zeros import BY_CONDITION, CHANCE, conditions_of
+from mrctl.identify.noise import correlation_inflation
+from mrctl.identify.records import Record
+
+Array = NDArray[np.float64]
+
+FEWEST_RUNS = 6  # fewer agree with any rule
+LARGEST = 0.03  # no rig scatters further
+LEAST_STROKE_M = 1e-5  # over the runs, RMS
+CERTAIN = 2.0  # standard errors
+
+
+def run_gains(errors: Sequence[Array], modelled: Sequence[Array], records: Sequence[Record]) -> Array:
+    """How much larger each run's force is measured than modelled, as a share (runs); zeros if all are alike.
+
+    errors, modelled: what a model leaves of each run's force, and the model's (n each, N). There is none
+    either where the shares go with the runs' conditions, alone, squared or two together: then it is physics.
+    Each share is drawn towards none by how little its run tells.
+    """
+    none = np.zeros(len(errors))
+    if len(errors) < FEWEST_RUNS:
+        return none
+    found = [_share(e, m) for e, m in zip(errors, modelled, strict=True)]
+    shares, doubts = np.array([s for s, _ in found]), np.array([d for _, d in found])
+    weights = 1.0 / doubts**2
+    apart = shares - float(np.average(shares, weights=weights))
+    if chi2.sf(float(np.sum((apart / doubts) ** 2)), len(errors) - 1) > CHANCE:
+        return none
+    scatter = max(float(np.average(apart**2 - doubts**2, weights=weights)), 0.0)
+    weights = 1.0 / (doubts**2 + scatter)
+    apart = shares - float(np.average(shares, weights=weights))
+    if float(np.max(np.abs(apart) - CERTAIN * doubts)) > LARGEST or _by_a_rule(apart, weights, records):
+        return none
+    return np.asarray(apart * scatter * weights, dtype=np.float64)
+
+
+def _share(error: Array, modelled: Array) -> tuple[float, float]:
+    """The share of the modelled force that an error holds beside a zero, and its standard error."""
+    force = modelled - modelled.mean()
+    power = max(float(force @ force), 1e-300)
+    share = float(force @ error) / power
+    rest = error - error.mean() - share * force
+    doubt = float(rest.std()) * np.sqrt(correlation_inflation(rest) / power)
+    return share, max(float(doubt), 1e-9)
+
+
+def _by_a_rule(apart: Array, weights: Array, records: Sequence[Record]) -> bool:
+    """Whether shares (runs) go with the runs' conditions, their squares or products."""
+    stroke = np.array([float(np.std(r.displacement_m)) for r in records])
+    made_at = [*conditions_of(records), *([stroke] if np.ptp(stroke) > LEAST_STROKE_M else [])]
+    centred = [(c - np.average(c, weights=weights)) / max(float(np.std(c)), 1e-12) for c in made_at]
+    rules = [*centred, *(a * b for a, b in combinations_with_replacement(centred, 2))]
+    root = np.sqrt(weights)
+    told = [r - np.average(r, weights=weights) for r in rules]
+    told = [r for r in told if float(np.ptp(r)) > 1e-9]
+    return any(float(pearsonr(root * r, root * apart).pvalue) < BY_CONDITION / len(told) for r in told)
