@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mrctl.discover.evidence import Evidence
 from mrctl.discover.noise_floor import Cycles, NoiseFloor
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
 from mrctl.discover.verdict import FORESEEN, _bent, _foreseen
@@ -101,3 +102,13 @@ def test_an_effect_must_be_worth_naming(taken_n, noise_n, real):
     records = [SimpleNamespace(force_n=np.full(10, 1000.0))]
     fit = SimpleNamespace(model=SimpleNamespace(records=records))
     assert accepted(trial(taken_n**2, total), SimpleNamespace(mean_square=total, fit=fit), 15) is real
+
+
+@pytest.mark.parametrize(
+    ("searched_s", "better_n", "borne_out"), [(10.0, 5.0, True), (4.0, 3.0, True), (4.0, 5.0, False)]
+)
+def test_an_effect_that_does_worse_on_the_runs_whole_is_not_borne_out(searched_s, better_n, borne_out):
+    searched, full = ([_still_record(int(1000 * s))] for s in (searched_s, 10.0))
+    left = {"better": [np.full(9, better_n)], "plain": [np.full(9, 4.0)]}
+    evidence = SimpleNamespace(records=searched, full=full, steady_errors=left.get)
+    assert Evidence.bears_out(evidence, "better", "plain") is borne_out

@@ -1,0 +1,57 @@
+"""The noise of a velocity is what its stroke's own sensor does not see; a road's tail is motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrctl.discover.motion_noise import noise_spectrum
+from mrctl.identify.records import Record
+
+RATE_HZ, SECONDS = 1000.0, 20.0
+SIGMA_M_S = 1e-3
+DENSITY = 2.0 * SIGMA_M_S**2 / RATE_HZ
+
+
+def road(noise_m: float, *, derived: str = "", seed: int = 0) -> Record:
+    """White noise through a lag of 5 Hz, whose tail at 40 Hz is far above the velocity sensor's noise."""
+    rng = np.random.default_rng(seed)
+    n = int(RATE_HZ * SECONDS)
+    f = np.fft.rfftfreq(n, 1.0 / RATE_HZ)
+    lines = (rng.normal(size=f.size) + 1j * rng.normal(size=f.size)) / (1.0 + (f / 5.0) ** 2)
+    lines[0] = 0.0
+    v = np.fft.irfft(lines, n)
+    v *= 0.3 / v.std()
+    lines[1:] /= 2j * np.pi * f[1:]
+    x = np.fft.irfft(lines, n) * (0.3 / np.fft.irfft(lines * 2j * np.pi * f, n).std())
+    x = x + noise_m * rng.normal(size=n)
+    velocity = v + SIGMA_M_S * rng.normal(size=n)
+    if derived == "displacement":
+        x = np.cumsum(velocity) / RATE_HZ
+    if derived == "velocity":
+        velocity = np.gradient(x, 1.0 / RATE_HZ)
+    still = np.zeros(n)
+    return Record(0, RATE_HZ, velocity, still, still, still, x, still)
+
+
+def level(record: Record) -> np.ndarray:
+    found = noise_spectrum([record])
+    assert found is not None
+    return found[1]
+
+
+def test_what_another_sensor_of_the_stroke_sees_too_is_motion():
+    found = level(road(1e-6)) / DENSITY
+    assert found[0] == pytest.approx(1.0, abs=0.3)
+    assert np.all(
+        (found > 0.7) & (found < 3.0)
+    )  # where the stroke's noise is as large as the motion, some stays
+
+
+@pytest.mark.parametrize("derived", ["displacement", "velocity"])
+def test_a_channel_made_from_the_other_says_nothing(derived):
+    assert level(road(1e-6, derived=derived))[0] > 10.0 * DENSITY
+
+
+def test_a_stroke_too_coarse_to_see_it_says_nothing():
+    assert level(road(2e-3))[0] > 10.0 * DENSITY
