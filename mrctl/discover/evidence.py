@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.base_fit import base_fit, fitted_to, stepless
 from mrctl.discover.budget import Budget, budget_of
 from mrctl.discover.current_clock import current_late_s, earlier
 from mrctl.discover.folds import folds_of
@@ -18,22 +19,15 @@ from mrctl.discover.load_cell import LoadCell
 from mrctl.discover.motion_noise import Spectrum, noise_spectrum
 from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
-from mrctl.discover.race import TOLERANCE
 from mrctl.discover.run_gains import run_gains
 from mrctl.discover.run_zeros import run_zeros
 from mrctl.discover.searched import at_search_rates
 from mrctl.discover.spectral_floor import mean_square
-from mrctl.discover.step_times import timed, trusted, without_steps
-from mrctl.discover.trusting import as_plain, fitted_trusting
+from mrctl.discover.step_times import timed, without_steps
 from mrctl.errors import InputError
-from mrctl.identify.best import fit_base
-from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.parallel import in_parallel
-from mrctl.identify.penalties import weighed_as
-from mrctl.identify.plain_lags import with_lag_of_two, with_plain_lag
-from mrctl.identify.records import Record, possible_rise_k, records_of
+from mrctl.identify.records import Record, records_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects
@@ -42,7 +36,6 @@ Array = NDArray[np.float64]
 
 REST_M_S = 1e-4
 MOVED_M = 1e-5
-STEPLESS_ITERATIONS = 30
 WHOLE = 0.95  # of the seconds measured, for a search to have seen them all
 CLOSE_TO_NOISE = 2.0  # in mean square, for what a fit misses in the mean to be a load cell's zeros
 
@@ -161,17 +154,7 @@ class Evidence:
 
         A filter that has made up for the steps' times hides when they were. What effects move stays.
         """
-        model = _weighed_alike(self.records, fit)
-        trust = trusted(self.records, [model.factor(r) for r in self.records])
-        if all(own.all() for own in trust):
-            return fit
-        free = np.arange(model.size) < model.layout.size
-        begin = JointFit(model, fit.solution, fit.penalties)
-        fits = [
-            fitted_trusting(begin, theta, trust, STEPLESS_ITERATIONS, free=free, tolerance=TOLERANCE)
-            for theta in (fit.theta, with_plain_lag(model, fit.theta))
-        ]
-        return as_plain(begin, min(fits, key=lambda one: one.total).theta)
+        return stepless(self.records, fit)
 
     def timed(self, fit: JointFit) -> Evidence:
         """The same, with the times of the current's steps taken from the force."""
@@ -184,15 +167,15 @@ class Evidence:
         were measured first.
         """
         plain = self._with(self.measured)
-        evidence = plain.timed(_fitted_to(plain.records, proof.fit))
-        return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
+        evidence = plain.timed(fitted_to(plain.records, proof.fit))
+        return evidence, prove(fitted_to(evidence.records, proof.fit), evidence.folds)
 
     def rezeroed(self, proof: Proof) -> tuple[Evidence, Proof]:
         """The runs' zeros and scales taken anew with a model that has been found, and that fitted to them."""
         evidence = self.zeroed(proof.fit).evened(proof.fit)
         if evidence is self:
             return self, proof
-        return evidence, prove(_fitted_to(evidence.records, proof.fit), evidence.folds)
+        return evidence, prove(fitted_to(evidence.records, proof.fit), evidence.folds)
 
     def candidates(self, known: Sequence[Effect]) -> tuple[list[Effect], dict[str, str]]:
         """Effects that this data can be searched for, and why the others cannot."""
@@ -217,23 +200,8 @@ class Evidence:
         """The base model, with the effects that the calibration has already, fitted to the searched records.
 
         start: a fit without effects to begin with.
-
-        Every record counts with the noise of the whole fit: one that fits badly is what is looked for, and
-        must not be weighed down.
         """
-        fit = fit_base(self.records, warmer_k=possible_rise_k(self.records)) if start is None else start
-        model = JointModel(fit.model.layout, self.records, Effects(tuple(known)), minimum_phase=True)
-        theta = np.concatenate([fit.theta[: fit.model.layout.size], model.effects.pack(values or {})])
-        model.reweigh(theta)
-        penalties = weighed_as(fit.penalties, model.penalties())
-        fit = model.fit(theta, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
-        if start is not None:  # the fit that all rests on: in no worse valley than plain lags lead to
-            lags = with_plain_lag(model, fit.theta), with_lag_of_two(model, fit.theta)
-            others = [
-                model.fit(one, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5) for one in lags
-            ]
-            fit = min(fit, *others, key=lambda one: one.total)
-        return prove(fit, self.folds)
+        return prove(base_fit(self.records, known, values, start), self.folds)
 
     def budget(self, fit: JointFit) -> Budget:
         """What a fit leaves, and how much of that is noise."""
@@ -265,16 +233,3 @@ class Evidence:
             without_steps(r, e[:: r.finer][model.settle_blocks(fit.theta, r) * model.factor(r) // r.finer :])
             for r, e in zip(self.full, model.errors(fit.theta), strict=True)
         ]
-
-
-def _weighed_alike(records: list[Record], fit: JointFit) -> JointModel:
-    """The model on other versions of its records."""
-    model = fit.model.on(records)
-    model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
-    return model
-
-
-def _fitted_to(records: list[Record], fit: JointFit) -> JointFit:
-    """The same model fitted to other records, each weighed as its like was."""
-    model = _weighed_alike(records, fit)
-    return model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4)
