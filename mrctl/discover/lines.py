@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.spectral_floor import mean_square, periodogram
+from mrctl.identify.noise import correlation_inflation
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,8 @@ MOST_HUMS = 6  # a frequency and its multiples
 PIECE_S = 1.0  # in which a hum is one sine, ...
 ALIKE = 0.25  # ... whose amplitude differs so much between pieces, in standard deviations over the mean
 FEWEST_RUNS = 4  # to tell by them what goes with the motion
+SWELLS = 0.3  # correlation of a line's power with the square of the speed, ...
+CERTAIN = 4.0  # ... in standard errors of none
 GRID_HZ = 0.1  # far less than a piece can tell
 
 
@@ -63,8 +66,13 @@ def _beside(density: Array, hz: int) -> tuple[Array, float]:
     return own, float(np.sqrt(np.median(below) * np.median(above))) if known else float("nan")
 
 
-def hums_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[list[Line], list[Array]]:
-    """Lines as strong at any time in any run, strongest first, and residuals (n each) in N without them."""
+def hums_of(
+    residuals: Sequence[Array], rates_hz: Sequence[float], speeds: Sequence[Array]
+) -> tuple[list[Line], list[Array]]:
+    """Lines as strong at any time in any run, strongest first, and residuals (n each) in N without them.
+
+    speeds: the runs' velocities (n each), which no hum goes with.
+    """
     hums: list[Line] = []
     rest = list(residuals)
     line = line_of(rest, rates_hz)
@@ -74,8 +82,9 @@ def hums_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[list
         amplitudes = np.concatenate([own for _, own in pieces])
         less = [r for r, _ in pieces]
         still = line_of(less, rates_hz)
-        swells = still is not None and abs(still.frequency_hz - hz) <= 2 * HALF_WIDTH_HZ
-        if swells or float(amplitudes.std()) > ALIKE * float(amplitudes.mean()):
+        stays = still is not None and abs(still.frequency_hz - hz) <= 2 * HALF_WIDTH_HZ
+        unlike = float(amplitudes.std()) > ALIKE * float(amplitudes.mean())
+        if stays or unlike or swells(hz, rest, rates_hz, speeds):
             break
         hums.append(Line(hz, mean_square(rest) - mean_square(less)))
         rest, line = less, still
@@ -83,13 +92,17 @@ def hums_of(residuals: Sequence[Array], rates_hz: Sequence[float]) -> tuple[list
 
 
 def steady_noise(
-    line: Line, residuals: Sequence[Array], rates_hz: Sequence[float], forces: Sequence[Array]
+    line: Line,
+    residuals: Sequence[Array],
+    rates_hz: Sequence[float],
+    forces: Sequence[Array],
+    speeds: Sequence[Array],
 ) -> bool:
     """Whether a line is as strong in all runs though their forces (n each, N) are not: a colour of noise.
 
     A frame that is not shaken by the damper rings so: never the same twice, so that it is no hum.
     """
-    if len(residuals) < FEWEST_RUNS:
+    if len(residuals) < FEWEST_RUNS or swells(line.frequency_hz, residuals, rates_hz, speeds):
         return False
     each = [_density([r], [rate]) for r, rate in zip(residuals, rates_hz, strict=True)]
     heard = [_beside(one, int(line.frequency_hz)) for one in each]
@@ -97,6 +110,23 @@ def steady_noise(
     active = np.array([float(f.std()) for f in forces])
     alike = strong.size >= FEWEST_RUNS and float(strong.std()) < ALIKE * float(strong.mean())
     return bool(alike and float(active.std()) > ALIKE * float(active.mean()))
+
+
+def swells(hz: float, residuals: Sequence[Array], rates_hz: Sequence[float], speeds: Sequence[Array]) -> bool:
+    """Whether residuals (n each) are the louder about a frequency, the faster (n each) the motion is."""
+    alike, samples = [], []
+    for residual, rate, speed in zip(residuals, rates_hz, speeds, strict=True):
+        f = np.fft.fftfreq(residual.size, 1.0 / rate)
+        near = np.abs(f - hz) <= FAR_HZ
+        loud = np.abs(np.fft.ifft(np.where(near, np.fft.fft(residual), 0.0))) ** 2
+        fast = speed**2
+        if np.ptp(loud) > 0.0 and np.ptp(fast) > 0.0:
+            alike.append(float(np.corrcoef(loud, fast)[0, 1]))
+            samples.append(residual.size / correlation_inflation(loud))
+    if not alike:
+        return False
+    mean = float(np.average(alike, weights=samples))
+    return mean > max(SWELLS, CERTAIN / float(np.sqrt(np.sum(samples))))
 
 
 def _exactly(residuals: Sequence[Array], rates_hz: Sequence[float], near_hz: float) -> float:

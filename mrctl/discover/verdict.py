@@ -52,9 +52,11 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     budget = evidence.budget(final.fit)
     structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
-    hums, errors = hums_of(evidence.steady_errors(final.fit), rates)
+    errors = evidence.steady_errors(final.fit)
+    speeds = [r.velocity_m_s[:: r.finer][-e.size :] for r, e in zip(evidence.full, errors, strict=True)]
+    hums, errors = hums_of(errors, rates, speeds)
     line = line_of(errors, rates)
-    if line is not None and steady_noise(line, errors, rates, [r.force_n for r in evidence.full]):
+    if line is not None and steady_noise(line, errors, rates, [r.force_n for r in evidence.full], speeds):
         hums, line = [*hums, line], None
     shaken = 0.0 if line is None else line.mean_square_n2
     over = max(budget.excess, structured, shaken)

@@ -14,6 +14,11 @@ def noise(random, seconds, colour=0.0):
     return 10.0 * np.sqrt(1.0 - colour**2) * lfilter([1.0], [1.0, -colour], white)
 
 
+def moving(runs, hz=1.3):
+    """Speeds of the runs, sines."""
+    return [np.sin(2 * np.pi * hz * np.arange(r.size) / RATE_HZ) for r in runs]
+
+
 @pytest.mark.parametrize("colour", [0.0, 0.5, 0.9, 0.97])
 def test_noise_of_any_colour_has_no_line(colour):
     random = np.random.default_rng(1)
@@ -52,7 +57,7 @@ def test_a_hum_as_strong_in_all_runs_is_the_measurements_and_is_told_with_its_ha
         hum += 9.0 * np.sin(2 * np.pi * 150.06 * t + random.uniform(0, 6))
         runs.append(noise(random, seconds) + hum)
         made.append(hum)
-    hums, rest = hums_of(runs, [RATE_HZ] * 3)
+    hums, rest = hums_of(runs, [RATE_HZ] * 3, moving(runs))
     assert [round(h.frequency_hz) for h in hums] == [50, 150]
     assert sum(h.mean_square_n2 for h in hums) == pytest.approx(np.mean(np.concatenate(made) ** 2), rel=0.1)
     assert line_of(rest, [RATE_HZ] * 3) is None
@@ -65,7 +70,7 @@ def test_what_swells_with_the_motion_or_differs_from_run_to_run_is_no_hum():
     swelling = [noise(random, 6.0) + 25.0 * np.abs(np.sin(2 * np.pi * f * t)) * carrier for f in (1.0, 1.5)]
     louder = [noise(random, 6.0) + size * carrier for size in (8.0, 16.0, 30.0)]
     for runs in (swelling, louder):
-        hums, rest = hums_of(runs, [RATE_HZ] * len(runs))
+        hums, rest = hums_of(runs, [RATE_HZ] * len(runs), moving(runs))
         assert not hums
         assert line_of(rest, [RATE_HZ] * len(runs)) is not None
 
@@ -85,7 +90,18 @@ def test_a_frame_that_rings_alike_in_runs_of_unlike_force_is_noise_and_one_that_
     for runs, steady in ((alike, True), (shaken, False)):
         line = line_of(runs, rates)
         assert line is not None
-        assert steady_noise(line, runs, rates, forces) is steady
+        assert steady_noise(line, runs, rates, forces, moving(runs)) is steady
     line = line_of(alike, rates)
     assert line is not None
-    assert not steady_noise(line, alike, rates, [forces[2]] * len(sizes))  # who can tell
+    assert not steady_noise(line, alike, rates, [forces[2]] * len(sizes), moving(alike))  # who can tell
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.9])
+def test_a_hum_that_the_speed_swells_alike_in_all_seconds_of_all_runs_is_none(depth):
+    random = np.random.default_rng(7)
+    t = np.arange(int(6.0 * RATE_HZ)) / RATE_HZ
+    speed = np.sin(2 * np.pi * 2.0 * t)
+    carrier = [np.sin(2 * np.pi * 60.0 * t + random.uniform(0, 6)) for _ in range(5)]
+    runs = [noise(random, 6.0) + 30.0 * (1.0 - depth + depth * np.abs(speed)) * c for c in carrier]
+    hums, _ = hums_of(runs, [RATE_HZ] * 5, [speed] * 5)
+    assert bool(hums) is (depth == 0.0)
