@@ -10,32 +10,31 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.constancy import Change, changes_of
+from mrctl.discover.constancy import Change
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.exchange import exchanged
-from mrctl.discover.grow import settled, without
+from mrctl.discover.grow import settled
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.own_delay import is_filters, why_own
 from mrctl.discover.proof import Proof
 from mrctl.discover.reveal import hidden_effects, taken_up
 from mrctl.discover.rivals import simplest
-from mrctl.discover.screen import ranges_of
 from mrctl.discover.search import Level, Trial, search_level
+from mrctl.discover.stands import confirmed, constant, retimed
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.verdict import NAMING, Balance, Found, Judged, judged_by
-from mrctl.discover.worth import LEAST_SCORE, accepted, matters
+from mrctl.discover.verdict import NAMING, Balance, Found, judged_by
+from mrctl.discover.worth import accepted, matters
 from mrctl.measurements.run import Campaign
-from mrctl.model.effects.base import Effect, Stage
+from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects
 
 Array = NDArray[np.float64]
 Report = Callable[[float, str], None]
 
 MOST_EFFECTS = 4
-_TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 EVENED = 4  # times that the runs' scales are taken: the first time the tables have made up for some
-CLOSE = 0.6  # of the best look's gain, to be fitted as a rival
+AS_WELL = 1.05  # in what is left, of a diagnosis with more effects
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +66,29 @@ def diagnose(
     report: Report = lambda _share, _what: None,
 ) -> Diagnosis:
     """What is missing from the base model with the known effects. Raises InputError for unusable runs."""
-    began = time.monotonic()
     evidence = Evidence.of(campaign)
     report(0.05, "base model")
     base = evidence.base(known, values)
-    evidence = evidence.steadied(base.fit).zeroed(base.fit).synchronised(base.fit)
+    evidence = evidence.steadied(base.fit).zeroed(base.fit)
+    early = evidence.synchronised(base.fit)
+    found = _diagnosed(early, base, known, report)
+    if early is not evidence and found.found:
+        # What is missing may have made the current seem late.
+        plain = _diagnosed(evidence, base, known, report)
+        if _does_as_well(plain, found):
+            return plain
+    return found
+
+
+def _does_as_well(plain: Diagnosis, other: Diagnosis) -> bool:
+    """Whether fewer effects explain as much."""
+    fewer = len(plain.found) < len(other.found) and plain.verdict != "unexplained"
+    return fewer and plain.balance.total < AS_WELL * other.balance.total
+
+
+def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report) -> Diagnosis:
+    """The diagnosis of runs whose channels are mended, but for what hangs on the base's fit to them."""
+    began = time.monotonic()
     evidence = evidence.timed(evidence.stepless(base.fit))
     base = evidence.base(known, base.fit.effect_values, base.fit)
     for _ in range(EVENED):
@@ -87,13 +104,13 @@ def diagnose(
     untestable |= why_own(final, [t.effect.name for t in found], known)
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
     if found and not stands:
-        stands, final = _confirmed(evidence, candidates, [t.effect for t in found], final, last)
-    evidence, final, stands = _retimed(evidence, final, stands)
+        stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
+    evidence, final, stands = retimed(evidence, final, stands)
     evidence, final = evidence.rezeroed(final)
     judged = judged_by(evidence, base, final, stands)
-    changes, constant = _constant(evidence, judged)
+    changes, without_changes = constant(evidence, judged)
     if changes:
-        without_them = judged_by(evidence, base, *constant, judged.removable)
+        without_them = judged_by(evidence, base, *without_changes, judged.removable)
         judged = without_them if without_them.verdict in NAMING else judged.unexplained()
     if judged.verdict == "unexplained":
         evidence = evidence.as_measured()
@@ -174,79 +191,6 @@ def _best(evidence: Evidence, level: Level, good: Sequence[Trial]) -> Trial | No
             return best
         good = [t for t in good if t is not best]
     return None
-
-
-def _confirmed(
-    evidence: Evidence, candidates: list[Effect], chosen: list[Effect], final: Proof, last: Level | None
-) -> tuple[list[tuple[Trial, Level]], Proof]:
-    """Each effect as if it were the last one added, beside all that could stand in its place.
-
-    One that the others made needless is dropped; one that another fits clearly better is exchanged. last: the
-    round in which the last one was found; None where it was none.
-    """
-    found = final
-    stands: list[tuple[Trial, Level]] = []
-    for effect in chosen:
-        others = {e.name for e in final.fit.model.effects.chosen} - {effect.name}
-        rest = [c for c in candidates if c.name not in others]
-        if effect is chosen[-1] and final is found and last is not None:
-            level = last  # nothing has changed since
-        else:
-            smaller = without(final, effect.name, evidence.folds)
-            level = search_level(smaller, rest, evidence.folds, near=CLOSE, known=final)
-        smaller = level.before
-        good = [t for t in level.trials if accepted(t, smaller, len(rest))]
-        if not good:
-            final = smaller
-            continue
-        best = simplest(good[0], level, good)
-        own = next((t for t in level.trials if t.effect.name == effect.name), None)
-        keep = own is not None and own.score > best.score - LEAST_SCORE
-        stands.append((own if keep and own is not None else best, level))
-        if not keep:
-            final = best.proof
-    return stands, final
-
-
-def _retimed(
-    evidence: Evidence, final: Proof, stands: list[tuple[Trial, Level]]
-) -> tuple[Evidence, Proof, list[tuple[Trial, Level]]]:
-    """The steps' times taken anew with effects that bear on them; one that then vanishes was only that."""
-    timed = [e for e in final.fit.model.effects.chosen if e.stage in _TIMED]
-    if not timed:
-        return evidence, final, stands
-    anew, there = evidence.retimed(final)
-    reach = ranges_of(there.fit.model)
-    values = there.fit.effect_values
-    gone = [e.name for e in timed if e.plausible is not None and not e.plausible(values[e.name], reach)]
-    if not gone:
-        return anew, there, stands
-    return _retimed(
-        evidence,
-        without(final, gone[0], evidence.folds),
-        [(trial, level) for trial, level in stands if trial.effect.name != gone[0]],
-    )
-
-
-def _constant(
-    evidence: Evidence, judged: Judged
-) -> tuple[list[Change], tuple[Proof, list[tuple[Trial, Level]]]]:
-    """The effects named whose sizes change with conditions, and the model without them.
-
-    One that has rivals is not asked: it may be any of them, and the next run decides.
-    """
-    final, stands = judged.final, judged.stands
-    sure = {f.trial.effect.name for f in judged.found if not f.rivals}
-    changes: list[Change] = []
-    while stands and judged.verdict in NAMING:
-        chosen = [trial.effect for trial, _ in stands if trial.effect.name in sure]
-        certain = [c for c in changes_of(final.fit, chosen) if c.certain]
-        if not certain:
-            break
-        changes.append(certain[0])
-        final = without(final, certain[0].effect, evidence.folds)
-        stands = [(trial, level) for trial, level in stands if trial.effect.name != certain[0].effect]
-    return changes, (final, stands)
 
 
 def _proposal(named: list[Found], colour: float) -> NextRun | None:

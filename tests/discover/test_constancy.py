@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from hidden import one_frequency, rich
 
-from mrctl.discover import diagnose as module
+from mrctl.discover import stands as module
 from mrctl.discover.constancy import BY_RUN, LEVELS, SIZES, Change, changes_of
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence

@@ -10,14 +10,16 @@ import pytest
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.noise_floor import Cycles, NoiseFloor
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
-from mrctl.discover.verdict import FORESEEN, _bent, _foreseen
+from mrctl.discover.verdict import FORESEEN, _bent, _foreseen, _unsure
 from mrctl.discover.worth import accepted
 from mrctl.identify.records import Record
 from mrctl.model.effects.registry import effect
 
 
-def proof(inside, held_out):
-    return SimpleNamespace(mean_square=inside, held_out_mean_square=held_out)
+def proof(inside, *held_out):
+    """A proof by its mean square, and those of folds of 10 samples."""
+    squares = 10.0 * np.array(held_out)
+    return SimpleNamespace(mean_square=inside, held_out=squares, fold_counts=np.full(squares.size, 10))
 
 
 def test_what_a_fit_cannot_foresee_is_no_explanation():
@@ -26,6 +28,20 @@ def test_what_a_fit_cannot_foresee_is_no_explanation():
     assert _foreseen(proof(1000.0, 1050.0), proof(100.0, 1100.0)) == 0.0
     # A campaign whose runs hardly cover each other costs any model as much.
     assert _foreseen(proof(46.0, 74.0), proof(36.0, 47.0)) > FORESEEN
+
+
+def test_a_run_that_is_alone_where_it_goes_does_not_speak_for_all():
+    before, after = (105.0, 98.0, 102.0, 84.0, 115.0, 173.0), (84.0, 75.0, 79.0, 74.0, 72.0, 336.0)
+    assert _foreseen(proof(88.0, *before), proof(76.0, *after)) > FORESEEN
+    assert _foreseen(proof(88.0, *before[3:]), proof(76.0, *after[3:])) == 0.0  # of few folds all are asked
+    assert _foreseen(proof(88.0, *before, 90.0), proof(76.0, *after, 300.0)) < FORESEEN
+
+
+@pytest.mark.parametrize(("std", "unsure"), [((0.005, 0.0, 0.0, 9.0), False), ((0.02, 0.0, 0.0, 9.0), True)])
+def test_an_effect_of_no_size_that_the_runs_agree_on_imitates_something_else(std, unsure):
+    heats = effect("self_heating")
+    fit = SimpleNamespace(effect_values={heats.name: (0.03, 200.0, 2.0, 4.0)})
+    assert _unsure(heats, SimpleNamespace(fit=fit), {heats.name: std}) is unsure
 
 
 @pytest.mark.parametrize(
