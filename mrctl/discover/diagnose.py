@@ -105,8 +105,12 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
     if found and not stands:
         stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
+    searched = evidence
     evidence, final, stands = retimed(evidence, final, stands)
     evidence, final = evidence.rezeroed(final)
+    if final.mean_square > base.mean_square:
+        # Effects that do worse with their own clocks and zeros than none with its are neither.
+        evidence, final, stands = searched, base, []
     judged = judged_by(evidence, base, final, stands)
     changes, without_changes = constant(evidence, judged)
     if changes:

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from discover.hidden import NOISE_N, one_current, one_frequency, rich
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.discover import discover
+from mrctl.discover.evidence import Evidence
 from mrctl.discover.figures import diagnosis_figures
 
 SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progression_per_m": 2.0}}
@@ -41,6 +44,17 @@ def test_a_hidden_effect_is_named_and_measured(hidden):
 def test_nothing_is_found_where_nothing_is_hidden():
     result = diagnose(rich(seed=5))
     assert (result.verdict, result.effects) == ("none", ())
+
+
+def test_an_effect_that_does_worse_than_none_once_the_zeros_are_its_own_is_not_kept(monkeypatch):
+    def worse(evidence, proof):
+        louder = replace(proof, inside=proof.inside * 1e4) if proof.fit.model.effects.size else proof
+        return evidence, louder
+
+    monkeypatch.setattr(Evidence, "rezeroed", worse)
+    diagnosis = diagnose(rich({"force_offset": {"offset_n": 80.0}}))
+    assert not diagnosis.effects
+    assert diagnosis.final is diagnosis.base
 
 
 def test_one_frequency_cannot_tell_a_spring_from_a_mass_and_says_what_can():
