@@ -34,6 +34,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
         "noise_floor_n": root(d.balance.noise) if d.balance.measured else None,
         "noise_estimate_n": root(d.balance.noise),
         "removable_n": root(d.removable),
+        "left_n": root(d.balance.left),
         "explained_percent": explained_percent(d),
         "ranking": ranking,
         "found": [
@@ -147,7 +148,9 @@ def verdict_words(d: Diagnosis) -> str:
     changing = "".join(f" {c.words}: it is not what is missing." for c in d.changes)
     if d.verdict == "found":
         fall = f"With it the held-out error falls from {before:.3g} to {after:.3g} N."
-        return f"Missing: {names}. {fall}{changing}{floor}"
+        left = root(d.balance.left)
+        more = f" {left:.3g} N are left over the noise, which no effect explains." if left else ""
+        return f"Missing: {names}. {fall}{more}{changing}{floor}"
     if d.verdict == "ambiguous":
         why = "; ".join(dict.fromkeys(f"{r.name}: {r.why}" for f in d.found for r in f.rivals))
         return f"One of {names} is missing, and this campaign cannot tell which ({why}).{changing}{floor}"

@@ -37,6 +37,9 @@ def test_a_hidden_effect_is_named_and_measured(hidden):
     assert top["effect"] == name
     assert top["significant"]
     assert top["rmse_n"] < 1.1 * NOISE_N < figures["rmse_n"]
+    assert "left over the noise" not in figures["words"]
+    more = replace(result, balance=replace(result.balance, left=9.0))
+    assert "3 N are left over the noise" in diagnosis_figures(more)["words"]
     key = next(iter(values))
     assert figures["found"][0]["parameters"][key]["value"] == pytest.approx(values[key], rel=0.05)
 
