@@ -10,6 +10,7 @@ import numpy as np
 from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.elsewhere import elsewhere
 from mrctl.discover.proof import Proof
+from mrctl.model.effects.base import Effect
 
 if TYPE_CHECKING:
     from mrctl.discover.evidence import Evidence
@@ -30,6 +31,9 @@ STEADY, STEADY_SIGNALS = 0.1, 4  # ... which is to say to this share, over so ma
 ELSEWHERE = 0.3  # ... each takes this much, relative to all, where those found before are silent, ...
 MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, ...
 MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are silent so much of the time
+
+PUSHED_SHARE = 0.1  # of what all take off, that one at the end of what is physical must take
+AT_END = 1e-6  # of a parameter's range
 
 
 def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
@@ -56,10 +60,12 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     or nothing but noise is left with it and more was without; or it has one size at all conditions, as no
     patch has. Where the earlier ones are silent at times, a small one must act there too; where they mostly
     are (a stop), what it takes there is judged by itself. And where nothing but noise may be left, it must
-    not have another size at other conditions.
+    not have another size at other conditions; nor may a small one be the largest that physics allows.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
+    if taken < PUSHED_SHARE * every and is_pushed(best.effect, best.fit.effect_values[best.effect.name]):
+        return False
     before = evidence.budget(here.fit)
     certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here)
     changes = changes_of(best.fit, [best.effect])
@@ -87,6 +93,18 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
         certain and cleared and not most and taken > LATER_CLEARING * every,
     )
     return any(reasons)
+
+
+def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
+    """Whether a fit has gone to the upper end of what is physical for an effect, by its parameters (SI)."""
+    return any(
+        p.unit != "1"
+        and not p.held
+        and not p.endless
+        and p.neutral < p.high
+        and p.high - value < AT_END * (p.high - p.low)
+        for p, value in zip(effect.parameters, values, strict=True)
+    )
 
 
 def are_steady(changes: Sequence[Change]) -> bool:

@@ -10,7 +10,8 @@ import pytest
 from mrctl.discover import worth
 from mrctl.discover.budget import Budget
 from mrctl.discover.constancy import Change
-from mrctl.discover.worth import are_steady, matters
+from mrctl.discover.worth import are_steady, is_pushed, matters
+from mrctl.model.effects.registry import effect
 
 SIGNALS = ("current", "velocity", "stroke", "temperature", "frequency")
 
@@ -25,7 +26,7 @@ def _proof(mean_square):
     return SimpleNamespace(mean_square=mean_square, fit=SimpleNamespace(model=model))
 
 
-def _asked(monkeypatch, changes, before_n2, after_n2, noise_n2=25.0):
+def _asked(monkeypatch, changes, before_n2, after_n2, noise_n2=25.0, values=(5e-7, 1e3)):
     """Whether an effect matters that takes a first one's rest from one mean square to another; base: 1e4."""
     monkeypatch.setattr(worth, "changes_of", lambda _fit, _chosen: changes)
     monkeypatch.setattr(worth, "elsewhere", lambda *_: None)
@@ -35,8 +36,9 @@ def _asked(monkeypatch, changes, before_n2, after_n2, noise_n2=25.0):
         return Budget(left, left, noise_n2, measured=True, most_noise=1.25 * noise_n2)
 
     here = _proof(before_n2)
-    best = SimpleNamespace(effect=None, proof=_proof(after_n2), fit=None)
+    best = SimpleNamespace(effect=effect("mount_compliance"), proof=_proof(after_n2), fit=None)
     best.fit = best.proof.fit
+    best.fit.effect_values = {"mount_compliance": values}
     return matters(SimpleNamespace(budget=budget), _proof(1e4), here, best)
 
 
@@ -62,3 +64,17 @@ def test_where_nothing_but_noise_may_be_left_what_changes_is_a_patch(monkeypatch
 def test_steady_is_what_all_of_several_signals_say():
     assert are_steady(_changes(0.05))
     assert not are_steady([*_changes(0.01), Change("viscous_damping", "time", 0.8, 0.01)])
+
+
+def test_a_small_one_at_the_end_of_what_is_physical_is_a_patch(monkeypatch):
+    end = effect("mount_compliance").parameters[1].high
+    assert not _asked(monkeypatch, _changes(0.02), 200.0, 90.0, values=(5e-7, end))
+    assert _asked(monkeypatch, _changes(0.02), 4000.0, 26.0, values=(5e-7, end))
+
+
+def test_only_upper_ends_that_mean_something_are_ends():
+    heats, stops = effect("self_heating"), effect("cavitation")
+    assert not is_pushed(heats, (0.03, 2e4, 2.0, 4.0))  # no cooling that could be seen
+    assert not is_pushed(heats, (0.03, 2.0, 2.0, 4.0))
+    assert is_pushed(heats, (0.3, 200.0, 2.0, 4.0))
+    assert not is_pushed(stops, tuple(p.neutral for p in stops.parameters))

@@ -122,7 +122,7 @@ class Parameter:
     `neutral` together with the other neutral values makes the effect vanish exactly. `typical` is where
     a fit starts and `scale` how large a change is of interest there. A fit leaves a `held` parameter at
     its typical value unless asked. The force is `linear` in it when all else is fixed. Where a calibration
-    leaves an `optional` one out, it is neutral.
+    leaves an `optional` one out, it is neutral. An `endless` one's upper bound stands for none.
     """
 
     name: str
@@ -136,6 +136,7 @@ class Parameter:
     linear: bool = False
     held: bool = False
     optional: bool = False
+    endless: bool = False
 
     @property
     def step_scale(self) -> float:

@@ -69,7 +69,9 @@ EFFECT = Effect(
     ),
     parameters=(
         Parameter("heating_k_j", "K/J", 0.0, 0.0, 0.3, 1e-3, "one over the heat capacity of the fluid"),
-        Parameter("cooling_time_s", "s", 200.0, 2.0, 2e4, 200.0, "time constant of fluid against case"),
+        Parameter(
+            "cooling_time_s", "s", 200.0, 2.0, 2e4, 200.0, "time constant of fluid against case", endless=True
+        ),
         Parameter("resistance_ohm", "ohm", 2.0, 0.0, 20.0, 2.0, "resistance of the coil", held=True),
         Parameter("rise_at_start_k", "K", 0.0, -20.0, 100.0, 0.0, "fluid above case when a run begins", 5.0),
     ),
