@@ -20,6 +20,7 @@ from mrctl.identify.records import Record
 Array = NDArray[np.float64]
 
 FEWEST_RUNS = 6  # fewer agree with any rule
+LEAST = 2e-3  # of the force: what scatters less does no harm
 LARGEST = 0.03  # no rig scatters further
 LEAST_STROKE_M = 1e-5  # over the runs, RMS
 CERTAIN = 2.0  # standard errors
@@ -40,6 +41,8 @@ def run_gains(errors: Sequence[Array], modelled: Sequence[Array], records: Seque
     weights = 1.0 / doubts**2
     apart = shares - float(np.average(shares, weights=weights))
     if chi2.sf(float(np.sum((apart / doubts) ** 2)), len(errors) - 1) > CHANCE:
+        return none
+    if float(np.max(np.abs(apart))) < LEAST:
         return none
     scatter = max(float(np.average(apart**2 - doubts**2, weights=weights)), 0.0)
     weights = 1.0 / (doubts**2 + scatter)

@@ -18,7 +18,7 @@ from mrctl.identify.joint_fit import FORM_DOUBT, NORMAL_95
 from mrctl.model.effects.base import Effect, Vector
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
-EXPLAINED = 0.8  # of what can be removed: less, and the effects found are not what is missing
+EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
 NEARLY_ALL = (
     0.98  # of that: more, and a limit of an effect's form, or a wide spread, are no reason to doubt it
 )

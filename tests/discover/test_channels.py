@@ -118,8 +118,22 @@ def test_a_scale_of_all_runs_is_the_models():
 
 @pytest.mark.parametrize(
     "gains",
-    [np.full(6, 0.01), 10.0 * GAINS, GAINS[:5], 0.01 * CURRENTS_A, 0.02 * (CURRENTS_A - 1.0) ** 2],
-    ids=["all alike", "more than a rig scatters", "few runs", "goes with the current", "with its square"],
+    [
+        np.full(6, 0.01),
+        0.1 * GAINS,
+        10.0 * GAINS,
+        GAINS[:5],
+        0.01 * CURRENTS_A,
+        0.02 * (CURRENTS_A - 1.0) ** 2,
+    ],
+    ids=[
+        "all alike",
+        "next to none",
+        "more than a rig scatters",
+        "few runs",
+        "goes with the current",
+        "with its square",
+    ],
 )
 def test_what_is_no_scale_is_left_alone(gains):
     errors, forces = scaled(gains)
