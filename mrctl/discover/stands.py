@@ -74,17 +74,20 @@ def constant(
 ) -> tuple[list[Change], tuple[Proof, list[tuple[Trial, Level]]]]:
     """The effects named whose sizes change with conditions, and the model without them.
 
-    One that has rivals is not asked: it may be any of them, and the next run decides.
+    One that has rivals is not asked: it may be any of them, and the next run decides. Of what is not named
+    anyhow only the first is told, and the model stays.
     """
     final, stands = judged.final, judged.stands
     sure = {f.trial.effect.name for f in judged.found if not f.rivals}
     changes: list[Change] = []
-    while stands and judged.verdict in NAMING:
+    while stands:
         chosen = [trial.effect for trial, _ in stands if trial.effect.name in sure]
         certain = [c for c in changes_of(final.fit, chosen) if c.certain]
         if not certain:
             break
         changes.append(certain[0])
+        if judged.verdict not in NAMING:
+            break
         final = without(final, certain[0].effect, evidence.folds)
         stands = [(trial, level) for trial, level in stands if trial.effect.name != certain[0].effect]
     return changes, (final, stands)
