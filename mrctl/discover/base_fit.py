@@ -52,7 +52,7 @@ def stepless(records: Sequence[Record], fit: JointFit) -> JointFit:
 
     A filter that has made up for the steps' times hides when they were. What effects move stays.
     """
-    model = weighed_alike(records, fit)
+    model = _weighed_alike(records, fit)
     trust = trusted(records, [model.factor(r) for r in records])
     if all(own.all() for own in trust):
         return fit
@@ -65,7 +65,7 @@ def stepless(records: Sequence[Record], fit: JointFit) -> JointFit:
     return as_plain(begin, min(fits, key=lambda one: one.total).theta)
 
 
-def weighed_alike(records: Sequence[Record], fit: JointFit) -> JointModel:
+def _weighed_alike(records: Sequence[Record], fit: JointFit) -> JointModel:
     """The model on other versions of its records."""
     model = fit.model.on(records)
     model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
@@ -74,5 +74,5 @@ def weighed_alike(records: Sequence[Record], fit: JointFit) -> JointModel:
 
 def fitted_to(records: Sequence[Record], fit: JointFit) -> JointFit:
     """The same model fitted to other records, each weighed as its like was."""
-    model = weighed_alike(records, fit)
+    model = _weighed_alike(records, fit)
     return model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4)

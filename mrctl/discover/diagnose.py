@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 import numpy as np
@@ -55,7 +55,7 @@ class Diagnosis:
     hidden: dict[str, str]  # effects that this campaign cannot show, and why
     next_run: NextRun | None
     evidence: Evidence
-    seconds: float
+    seconds: float = 0.0  # that all of it took
     levels: list[Level] = field(default_factory=list)
 
 
@@ -66,6 +66,7 @@ def diagnose(
     report: Report = lambda _share, _what: None,
 ) -> Diagnosis:
     """What is missing from the base model with the known effects. Raises InputError for unusable runs."""
+    began = time.monotonic()
     evidence = Evidence.of(campaign)
     report(0.05, "base model")
     base = evidence.base(known, values)
@@ -76,8 +77,8 @@ def diagnose(
         # What is missing may have made the current seem late.
         plain = _diagnosed(evidence, base, known, report)
         if _does_as_well(plain, found):
-            return plain
-    return found
+            found = plain
+    return replace(found, seconds=time.monotonic() - began)
 
 
 def _does_as_well(plain: Diagnosis, other: Diagnosis) -> bool:
@@ -88,7 +89,6 @@ def _does_as_well(plain: Diagnosis, other: Diagnosis) -> bool:
 
 def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report) -> Diagnosis:
     """The diagnosis of runs whose channels are mended, but for what hangs on the base's fit to them."""
-    began = time.monotonic()
     evidence = evidence.timed(evidence.stepless(base.fit))
     base = evidence.base(known, base.fit.effect_values, base.fit)
     for _ in range(EVENED):
@@ -140,8 +140,7 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
         {name: why for name, why in hidden.items() if name not in named_effects},
         proposal,
         evidence,
-        time.monotonic() - began,
-        levels,
+        levels=levels,
     )
 
 

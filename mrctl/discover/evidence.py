@@ -117,10 +117,9 @@ class Evidence:
 
         Else itself: what a wrong model leaves is in proportion to the force as well, and more besides.
         """
-        errors = self.steady_errors(fit)
         forces = fit.model.on(self.full).predict(fit.theta)
-        modelled = [m[:: r.finer][-e.size :] for r, m, e in zip(self.full, forces, errors, strict=True)]
-        gains = run_gains(errors, modelled, self.full)
+        errors = self._steady(fit, forces)
+        gains = run_gains(errors, self.at_samples_of(errors, forces), self.full)
         if not gains.any():
             return self
         even = self._with_cell(self.cell.with_gains(gains))
@@ -228,8 +227,17 @@ class Evidence:
 
         Nor what hangs on when between two samples a current stepped.
         """
-        model = fit.model.on(self.full)
+        return self._steady(fit, fit.model.on(self.full).predict(fit.theta))
+
+    def _steady(self, fit: JointFit, forces: Sequence[Array]) -> list[Array]:
+        """`steady_errors` of forces in N that a fit makes of the full records."""
+        starts = [fit.model.settle_blocks(fit.theta, r) * fit.model.factor(r) // r.finer for r in self.full]
         return [
-            without_steps(r, e[:: r.finer][model.settle_blocks(fit.theta, r) * model.factor(r) // r.finer :])
-            for r, e in zip(self.full, model.errors(fit.theta), strict=True)
+            without_steps(r, (r.force_n - force)[:: r.finer][start:])
+            for r, force, start in zip(self.full, forces, starts, strict=True)
         ]
+
+    def at_samples_of(self, errors: Sequence[Array], signals: Sequence[Array]) -> list[Array]:
+        """Signals of the full records at the samples that steady errors of theirs (n each) have."""
+        measured = [x[:: r.finer] for r, x in zip(self.full, signals, strict=True)]
+        return [x[x.size - e.size :] for x, e in zip(measured, errors, strict=True)]

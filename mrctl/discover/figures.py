@@ -11,7 +11,7 @@ from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.lines import Line
 from mrctl.discover.search import Trial
 from mrctl.discover.worth import accepted
-from mrctl.identify.joint_fit import FORM_DOUBT, NORMAL_95, JointFit
+from mrctl.identify.joint_fit import JointFit, half_width_95
 from mrctl.model.effects.card import card
 
 Array = NDArray[np.float64]
@@ -115,7 +115,7 @@ def parameters_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
     result = {}
     for k, (p, value, std) in enumerate(zip(effect.parameters, values, spread, strict=True)):
         held = bool(fit.solution.held[at + k])
-        reach = NORMAL_95 * FORM_DOUBT * std
+        reach = half_width_95(std)
         low, high = max(p.low, value - reach), min(p.high, value + reach)
         result[p.name] = {
             "value": value,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.spectral_floor import periodogram
 from mrctl.identify.records import Record
-from mrctl.measurements.shared_spectra import SEGMENTS, SHORTEST, rounding_step, shared
+from mrctl.measurements.shared_spectra import can_be_shared, rounding_density, shared
 
 Array = NDArray[np.float64]
 
@@ -62,10 +62,10 @@ def _unshared(record: Record, edges: Array) -> Array:
     velocity, stroke = (x[:: record.finer] for x in (record.velocity_m_s, record.displacement_m))
     whole = np.ones(edges.size - 1)
     dt_s = record.finer / record.rate_hz
-    if velocity.size < SHORTEST * SEGMENTS // 2 or not np.ptp(velocity) or not np.ptp(stroke):
+    if not can_be_shared(velocity, stroke):
         return whole
     f, _, alike, density = shared(np.gradient(stroke, dt_s), velocity, dt_s)
-    rounding = 2.0 * dt_s * rounding_step(velocity) ** 2 / 12.0
+    rounding = rounding_density(velocity, dt_s)
     bands = [(f >= a) & (f < b) for a, b in pairwise(edges)]
     if not all(own.any() for own in bands):
         return whole

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mrctl.discover.proof import Proof
 from mrctl.discover.search import Trial
-from mrctl.identify.joint_fit import FORM_DOUBT, NORMAL_95, JointFit
+from mrctl.identify.joint_fit import JointFit, half_width_95
 from mrctl.model.effects.base import Effect, Stage
 
 NAME = "sensor_delay"
@@ -23,7 +23,7 @@ def is_filters(trial: Trial) -> bool:
     own_s = filters_own_s(trial.fit)
     if delay_s <= own_s or delay_s > FAR_OUT * own_s:
         return delay_s <= own_s
-    return delay_s - NORMAL_95 * FORM_DOUBT * trial.fit.effect_std()[NAME][0] <= own_s
+    return delay_s - half_width_95(trial.fit.effect_std()[NAME][0]) <= own_s
 
 
 def filters_own_s(fit: JointFit) -> float:

@@ -13,18 +13,15 @@ from mrctl.discover.proof import Proof
 from mrctl.discover.rivals import Rival, rivals_of
 from mrctl.discover.search import Level, Trial
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.worth import LEAST_OF_FORCE, force_n2
-from mrctl.identify.joint_fit import FORM_DOUBT, NORMAL_95
+from mrctl.discover.worth import AT_END, LEAST_OF_FORCE, force_n2
+from mrctl.identify.joint_fit import half_width_95
 from mrctl.model.effects.base import Effect, Vector
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
-NEARLY_ALL = (
-    0.98  # of that: more, and a limit of an effect's form, or a wide spread, are no reason to doubt it
-)
+NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it
 FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
 MANY_FOLDS = 4
-AT_BOUND = 1e-6  # of a parameter's range
 OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
 NAMING = ("found", "ambiguous")  # verdicts that name effects
 
@@ -60,7 +57,7 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
     errors = evidence.steady_errors(final.fit)
-    speeds = [r.velocity_m_s[:: r.finer][-e.size :] for r, e in zip(evidence.full, errors, strict=True)]
+    speeds = evidence.at_samples_of(errors, [r.velocity_m_s for r in evidence.full])
     hums, errors = hums_of(errors, rates, speeds)
     line = line_of(errors, rates)
     if line is not None and steady_noise(line, errors, rates, [r.force_n for r in evidence.full], speeds):
@@ -140,7 +137,7 @@ def _imitates(named: list[Found], final: Proof) -> bool:
 def _unsure(effect: Effect, final: Proof, spread: Mapping[str, Vector]) -> bool:
     """Whether by its spread (SI) each parameter that a fit moved may as well be the one without an effect."""
     each = zip(effect.parameters, final.fit.effect_values[effect.name], spread[effect.name], strict=True)
-    told = [abs(value - p.neutral) > NORMAL_95 * FORM_DOUBT * std for p, value, std in each if std > 0.0]
+    told = [abs(value - p.neutral) > half_width_95(std) for p, value, std in each if std > 0.0]
     return bool(told) and not any(told)
 
 
@@ -149,8 +146,8 @@ def _bent(effect: Effect, final: Proof) -> bool:
     return any(
         not p.held
         and p.unit != "1"  # which say what form it has, and end where another form begins
-        and min(value - p.low, p.high - value) < AT_BOUND * (p.high - p.low)
-        and abs(value - p.neutral) > AT_BOUND * (p.high - p.low)
+        and min(value - p.low, p.high - value) < AT_END * (p.high - p.low)
+        and abs(value - p.neutral) > AT_END * (p.high - p.low)
         for p, value in zip(effect.parameters, final.fit.effect_values[effect.name], strict=True)
     )
 

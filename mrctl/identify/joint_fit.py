@@ -118,6 +118,11 @@ class JointFit:
         return values
 
 
+def half_width_95(std: float) -> float:
+    """Half the 95 % interval of an effect's parameter of a standard deviation, form and all; in its unit."""
+    return NORMAL_95 * FORM_DOUBT * std
+
+
 def _without(
     normal: Array, held: NDArray[np.bool_], index: NDArray[np.intp], own: Array, pull: Array
 ) -> Array:

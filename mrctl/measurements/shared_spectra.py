@@ -47,7 +47,13 @@ def _spectra(x: FloatArray, window: FloatArray) -> ComplexArray:
     return np.fft.rfft(pieces.T * window, axis=1)
 
 
-def rounding_step(x: FloatArray) -> float:
-    """The step that values (n) are rounded to; 0 where all are alike."""
+def can_be_shared(y: FloatArray, x: FloatArray) -> bool:
+    """Whether both channels vary, and long enough for `shared` to tell chance from what they share."""
+    return y.size == x.size and x.size >= SHORTEST * SEGMENTS // 2 and bool(np.ptp(x)) and bool(np.ptp(y))
+
+
+def rounding_density(x: FloatArray, dt_s: float) -> float:
+    """The power density, in units of values (n) squared per Hz, of their rounding; 0 where all are alike."""
     steps = np.diff(np.unique(x))
-    return float(steps.min()) if steps.size else 0.0
+    step = float(steps.min()) if steps.size else 0.0
+    return 2.0 * dt_s * step**2 / 12.0

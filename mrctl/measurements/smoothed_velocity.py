@@ -10,13 +10,10 @@ known, and with it what it is worth: of a motion of density S in differentiated 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from mrctl.measurements.derivative import differentiate, noise_sigma
 from mrctl.measurements.run import FloatArray
-from mrctl.measurements.shared_spectra import SEGMENTS, SHORTEST, rounding_step, shared
-
-ComplexArray = npt.NDArray[np.complex128]
+from mrctl.measurements.shared_spectra import ComplexArray, can_be_shared, rounding_density, shared
 
 ROUNDING = 30.0  # times a column's rounding: less says nothing
 SAME = 0.985  # coherence of what shares its noise
@@ -29,13 +26,12 @@ BETTER = 0.9  # of the mean square that the column misses, to be derived anew
 def is_smoothed_stroke(velocity_m_s: FloatArray, displacement_m: FloatArray, dt_s: float) -> bool:
     """Whether the velocity (n) is the displacement (n) differentiated and smoothed, better derived anew."""
     v, x = velocity_m_s, displacement_m
-    if v.size != x.size or v.size < SHORTEST * SEGMENTS // 2 or not np.ptp(v) or not np.ptp(x):
+    if not can_be_shared(v, x):
         return False
     raw = np.gradient(x, dt_s)
     f, kept, alike, power = shared(v, raw, dt_s)
     noise = 2.0 * dt_s * (noise_sigma(x) * np.sin(2.0 * np.pi * f * dt_s) / dt_s) ** 2
-    rounding = 2.0 * dt_s * rounding_step(v) ** 2 / 12.0
-    shown = power * np.abs(kept) ** 2 > ROUNDING * rounding
+    shown = power * np.abs(kept) ** 2 > ROUNDING * rounding_density(v, dt_s)
     told = shown & (power < NOISY * noise)
     if np.count_nonzero(told) < FEWEST or float(np.median(alike[told])) < SAME:
         return False
