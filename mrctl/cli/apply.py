@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -29,19 +30,22 @@ def add_common_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress")
 
 
+Model = TypeVar("Model", bound=Callable[[int], float])
+
+
 def apply(
     args: argparse.Namespace,
     column: str,
-    model_of: Callable[[Calibration, Run], Callable[[int], float]],
+    model_of: Callable[[Calibration, Run], Model],
     *,
     need_force: bool,
     need_current: bool,
-    finish: Callable[[Run, np.ndarray], np.ndarray] | None = None,
+    finished: Callable[[Model], np.ndarray] | None = None,
 ) -> tuple[Run, np.ndarray]:
     """Run a model over every sample and write the run with its output; returns both.
 
-    model_of: gives a function from sample number to value, called in order. finish: what becomes of all
-    values before they are written. Warnings go to standard error.
+    model_of: gives a function from sample number to value, called in order. finished: what the model makes
+    of them all at the end. Warnings go to standard error.
     """
     calibration = load_calibration(args.calibration)
     run = load_run(args.run_file, args.columns, need_force=need_force, need_current=need_current)
@@ -58,8 +62,8 @@ def apply(
             values[k] = model(k)
             if k % SAMPLES_PER_REPORT == 0:
                 progress.update(k)
-    if finish is not None:
-        values = finish(run, values)
+    if finished is not None:
+        values = finished(model)
     write_run_csv(run, Path(args.output), {column: values})
     return run, values
 

@@ -57,7 +57,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
         partial(
             on.fit,
             penalties=weighed_as(fit.penalties, model.penalties()),
-            free=np.concatenate([moving(fit), look.free]),
+            free=np.concatenate([fit.moving, look.free]),
             rounds=1,
         )
         for on in (few, model)
@@ -66,7 +66,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
     again, settled = [start], []
     stages = {e.stage for e in model.effects.chosen}
     if not stages >= DEAR_TOGETHER:
-        beside = np.concatenate([moving(fit), np.zeros(own.size, dtype=bool)])
+        beside = np.concatenate([fit.moving, np.zeros(own.size, dtype=bool)])
         settled = [heat(starts[1], free=beside, iterations=HEAT, tolerance=HEAT_TOLERANCE).theta]
         if effect.stage in _WINDING:
             points = [alone.pack({effect.name: p}) for p in effect.starting_points(ranges_of(model))]
@@ -97,7 +97,7 @@ def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, V
     A filter that has to make up for a delay with lags goes where no small step leads back from.
     """
     model = free_to_be_late(few)
-    free, found = moving(fit), []
+    free, found = fit.moving, []
     for theta in (fit.theta, with_plain_lag(model, fit.theta)):
         late = model.fit(theta, penalties=fit.penalties, free=free, rounds=1, iterations=2 * HEAT)
         begin, delay_s = with_late_split(model, late.theta)
@@ -162,7 +162,7 @@ def without(proof: Proof, name: str, folds: Folds) -> Proof:
     What of the others did not move beside it may now: a spring's preload beside a constant force, say.
     """
     bare = proof.fit.less({name})
-    free = moving(bare)
+    free = bare.moving
     fit = _quick(bare.model, bare.theta, bare.penalties, free)
     return prove(_freed(fit, free, bare.theta), folds)
 
@@ -176,7 +176,7 @@ def settled(proof: Proof, folds: Folds) -> Proof:
     a fluid that warms up, other warmths.
     """
     fit = proof.fit
-    model, free = fit.model, moving(fit)
+    model, free = fit.model, fit.moving
     starts = [with_lag_of_two(model, fit.theta), *warmer(fit)]
     least = min((_quick(model, one, fit.penalties, free) for one in starts), key=lambda one: one.total)
     moved = least.total < fit.total - WORTH_MOVING
@@ -209,17 +209,9 @@ def _quick(
     )
 
 
-def moving(fit: JointFit) -> NDArray[np.bool_]:
-    """What moves in the next fit: the base, and of the effects what moved or stood at a bound."""
-    lower, upper = fit.model.bounds()
-    free = ~fit.solution.held | (fit.theta <= lower) | (fit.theta >= upper)
-    free[: fit.model.layout.size] = True
-    return free & fit.model.free()
-
-
 def again(proof: Proof, base: Array, folds: Folds) -> Proof:
     """The better of a fit and the same fit begun with another base."""
     fit, model = proof.fit, proof.fit.model
     theta = np.concatenate([base, fit.theta[base.size :]])
-    other = _quick(model, theta, fit.penalties, moving(fit))
+    other = _quick(model, theta, fit.penalties, fit.moving)
     return prove(other, folds) if other.total < fit.total - WORTH_MOVING else proof

@@ -13,6 +13,7 @@ from mrctl.discover.grow import WORTH_FREEING, grown_by
 from mrctl.discover.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
+from mrctl.identify.finish import at_full_shape, full_shape
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.plain_lags import free_to_be_late
@@ -23,6 +24,8 @@ from mrctl.model.effects.base import Effect, Stage, Vector
 Array = NDArray[np.float64]
 
 FITTED_HZ = 1000.0  # records that are faster are averaged
+GAUGED = 3  # times that the largest |g| may move to another knot
+ROUNDING = 1e-6
 HELD_OUT_SHARE = 4  # one run of so many is left out, or the last such part of each run
 
 
@@ -101,7 +104,25 @@ def fitted(
     model.reweigh(theta)
     penalties = weighed_as(base.penalties, model.penalties())
     fit = model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=12)
-    return fit if any(e.stage is Stage.OUTPUT for e in chosen) else _with_own_delay(fit, mask)
+    late = fit if any(e.stage is Stage.OUTPUT for e in chosen) else _with_own_delay(fit, mask)
+    return _at_full_shape(late, mask)
+
+
+def _at_full_shape(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:
+    """The fit with g up to 1 where an effect's parameters hang on that, as a calibration has it."""
+    for _ in range(GAUGED):
+        if full_shape(fit.tables) < 1.0 + ROUNDING or not any(e.rescaled for e in fit.model.effects.chosen):
+            break
+        model = replace(
+            fit.model, layout=replace(fit.model.layout, gauge=int(np.argmax(np.abs(fit.tables.g))))
+        )
+        model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+        values = dict(zip(fit.effect_values, at_full_shape(fit), strict=True))
+        penalties = weighed_as(fit.penalties, model.penalties())
+        fit = model.fit(
+            model.pack(fit.tables, values), penalties=penalties, free=free, rounds=1, iterations=12
+        )
+    return fit
 
 
 def _with_own_delay(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:

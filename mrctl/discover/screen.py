@@ -6,7 +6,6 @@ state, not a regressor. Full joint fits come after, for the few candidates that 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,20 +15,16 @@ from scipy.optimize import lsq_linear
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
-from mrctl.identify.parallel import in_parallel
 from mrctl.model.effects.base import Effect, Ranges, Vector
 
 Array = NDArray[np.float64]
 
 STEPS = 4
-CLIMBED = 7
 HALVINGS = 3
 SMALLER = 0.2  # of the usual size: an effect may be far below it, ...
 FAR = 10.0  # ... but on the way to a limit that is never reached there is nothing
 SLOPE_STEP = 1e-3  # of a parameter's scale
 WORTH = 0.02  # share of the gain so far that another step must promise
-STARTS = 3  # from which an effect is looked at closely, ...
-KEPT = 0.5  # ... until one gives so much of what the glance at a few records promised there
 # Shares of a slope's square, less than which a parameter can be done without: what is beyond the model, ...
 ABSORBED = 3e-4
 TWIN = 1e-5  # ... and beyond the effect's other parameters, as far as differences are exact
@@ -248,35 +243,3 @@ def _bounded_step(normal: Array, right: Array, lower: Array, upper: Array) -> Ar
     target = (axes.T @ (right / size)) / np.sqrt(power)
     low, high = np.minimum(lower * size, 0.0) - 1e-12, np.maximum(upper * size, 0.0) + 1e-12
     return np.asarray(lsq_linear(root.T, target, (low, high), method="bvls").x / size, dtype=np.float64)
-
-
-def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
-    """All candidates, best first; only the `most` best of a first glance are looked at closely."""
-    ranges = ranges_of(tangent.fit.model)
-    whole = float(tangent.residual @ tangent.residual)
-
-    parts = [tangent.glance(effect) for effect in candidates]
-    few = {id(part): Screen(part, ranges) for part in parts}
-
-    def glance(place: int) -> list[tuple[float, Vector]]:
-        rest = parts[place].residual
-        more = whole / max(float(rest @ rest), 1e-30)
-        promised = few[id(parts[place])].glance(candidates[place])
-        return sorted(((more * promise, start) for promise, start in promised), key=lambda g: -g[0])
-
-    glances = in_parallel(glance, range(len(candidates)))
-    order = sorted(range(len(candidates)), key=lambda k: -glances[k][0][0])
-    screen = Screen(tangent, ranges)
-
-    def look(place: int) -> Look:
-        effect, glanced = candidates[order[place]], glances[order[place]]
-        if place >= most:
-            return screen.at(effect, glanced[0][1])
-        found: list[Look] = []
-        for promise, start in glanced[:STARTS]:
-            found.append(screen.climb(effect, start))
-            if found[-1].gain >= KEPT * promise:
-                break
-        return max(found, key=lambda one: one.gain)
-
-    return sorted(in_parallel(look, range(len(order))), key=lambda one: -one.gain)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.grow import DEAR_TOGETHER, Folds, again, grown
+from mrctl.discover.looks import looks
 from mrctl.discover.proof import Proof, chance, log_gain, prove
 from mrctl.discover.robust import second_opinions
-from mrctl.discover.screen import Look, looks, ranges_of
+from mrctl.discover.screen import Look, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.discover.worth import least_n2
 from mrctl.identify.joint_fit import JointFit

@@ -146,7 +146,7 @@ def _bent(effect: Effect, final: Proof) -> bool:
     return any(
         not p.held
         and p.unit != "1"  # which say what form it has, and end where another form begins
-        and min(value - p.low, p.high - value) < AT_END * (p.high - p.low)
+        and min(value - p.low, np.inf if p.endless else p.high - value) < AT_END * (p.high - p.low)
         and abs(value - p.neutral) > AT_END * (p.high - p.low)
         for p, value in zip(effect.parameters, final.fit.effect_values[effect.name], strict=True)
     )

@@ -13,6 +13,7 @@ from mrctl.identify.inverse_filter import LOOP_RATES_HZ, design_inverse_filter
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
 from mrctl.model.damper import Damper, EffectSetting, Span
+from mrctl.model.effects.base import Vector
 from mrctl.model.filters import Filter, FilterError
 from mrctl.model.static import StaticTables, static_tables, transition_increases
 
@@ -54,8 +55,8 @@ def damper_of(fit: JointFit) -> Damper:
         if low_a < high_a
         else Span(static.current_a[0], static.current_a[-1]),
         effects=tuple(
-            EffectSetting(effect.name, effect.mapping(fit.effect_values[effect.name]))
-            for effect in fit.model.effects.chosen
+            EffectSetting(effect.name, effect.mapping(values))
+            for effect, values in zip(fit.model.effects.chosen, at_full_shape(fit), strict=True)
         ),
     )
 
@@ -66,9 +67,23 @@ def measured_currents(fit: JointFit) -> tuple[float, float]:
     return (0.0 if i[0] < NEAR_ZERO_A else float(i[0])), float(i[-1])
 
 
+def at_full_shape(fit: JointFit) -> list[Vector]:
+    """The effects' parameters (SI) beside tables with max |g| = 1."""
+    scale = full_shape(fit.tables)
+    return [
+        values if effect.rescaled is None else effect.within(effect.rescaled(values, scale))
+        for effect, values in zip(fit.model.effects.chosen, fit.effect_values.values(), strict=True)
+    ]
+
+
+def full_shape(t: Tables) -> float:
+    """The largest |g|."""
+    return float(np.max(np.abs(t.g)))
+
+
 def normalised(t: Tables) -> Tables:
     """The same model with max |g| = 1."""
-    scale = float(np.max(np.abs(t.g)))
+    scale = full_shape(t)
     return Tables(t.f * scale, t.g / scale, t.h_on, t.h_off, t.off_below_a, t.on_above_a, t.filter)
 
 

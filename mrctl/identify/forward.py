@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mrctl.identify.records import Record
 from mrctl.measurements.averaging import behind
+from mrctl.measurements.refine import refinement
 from mrctl.measurements.run import Run
 from mrctl.model.damper import Damper
 from mrctl.simulate import simulate
@@ -21,7 +22,7 @@ def modelled(damper: Damper, run: Run) -> Array:
     there are reversals, and the filter cannot be carried down to its rate.
     """
     there = behind(run)
-    factor = int(np.ceil(damper.forward_filter.sample_rate_hz / run.sample_rate_hz - 1e-9))
+    factor = refinement(run.sample_rate_hz, damper.forward_filter.sample_rate_hz)
     fine = Record(
         0,
         run.sample_rate_hz,

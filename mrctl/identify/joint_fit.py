@@ -59,6 +59,14 @@ class JointFit:
         """Each effect's parameters in SI units."""
         return self.model.effect_values(self.theta)
 
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """What moves in the next fit: the base, and of the effects what moved or stood at a bound."""
+        lower, upper = self.model.bounds()
+        free = ~self.solution.held | (self.theta <= lower) | (self.theta >= upper)
+        free[: self.model.layout.size] = True
+        return free & self.model.free()
+
     def less(self, names: Container[str]) -> JointFit:
         """The model without effects of these names, all else where it stands: nothing is fitted anew."""
         effects, stays = self.model.effects.less(names)

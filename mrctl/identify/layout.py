@@ -1,7 +1,7 @@
 """The base model's parameters as one vector: which entry is which table value, and back.
 
 Free are: f at the lowest current and its increments (in units of `force_scale_n`), g at every knot but
-zero and the gauge knot (where g stands at 1 during the fit, since only the product f g is seen), the
+zero and the gauge knot (where |g| stands at 1 during the fit, since only the product f g is seen), the
 logarithms of h on and off at every temperature but the reference (where h is 1), the two currents
 between which h goes from off to on, and the hysteresis filter.
 """
@@ -25,7 +25,7 @@ class Layout:
     velocity_m_s: Array
     temperature_c: Array
     reference: int  # temperature knot where h is 1
-    gauge: int  # velocity knot where g is 1 during the fit
+    gauge: int  # velocity knot where |g| is 1 during the fit
     off_below_a: float
     on_above_a: float
     order: int
@@ -41,6 +41,11 @@ class Layout:
     def zero(self) -> int:
         """The velocity knot at 0."""
         return int(np.flatnonzero(self.velocity_m_s == 0.0)[0])
+
+    @property
+    def gauge_shape(self) -> float:
+        """G at the gauge knot: 1, of the velocity's sign."""
+        return float(np.sign(self.velocity_m_s[self.gauge]))
 
     @cached_property
     def free_g(self) -> NDArray[np.intp]:
@@ -80,7 +85,7 @@ class Layout:
         """The tables that a parameter vector stands for."""
         p = self.parts
         g = np.zeros(self.velocity_m_s.size)
-        g[self.gauge] = 1.0
+        g[self.gauge] = self.gauge_shape
         g[self.free_g] = theta[p["g"]]
         eta = np.zeros(self.temperature_c.size)
         eta[self.free_h] = theta[p["h_on"]]
@@ -98,7 +103,7 @@ class Layout:
 
     def pack(self, t: Tables) -> Array:
         """The parameter vector of tables (g is rescaled to the gauge knot, f with it)."""
-        scale = t.g[self.gauge]
+        scale = abs(t.g[self.gauge])
         f = t.f * scale / self.force_scale_n
         parts = [np.diff(f, prepend=0.0), t.g[self.free_g] / scale, np.log(t.h_on[self.free_h])]
         if self.two_states:

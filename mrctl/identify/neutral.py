@@ -15,7 +15,6 @@ def neutral(layout: Layout) -> Array:
     knots = layout.velocity_m_s
     top = abs(knots[layout.gauge])
     g = np.tanh(knots / (0.25 * top)) / np.tanh(1.0 / 0.25)
-    g = g * np.sign(knots[layout.gauge])
     count = layout.current_a.size
     f = np.linspace(0.3, 1.0, count) * layout.force_scale_n if count > 1 else np.array([layout.force_scale_n])
     ones = np.ones(layout.temperature_c.size)

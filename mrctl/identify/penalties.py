@@ -58,7 +58,7 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
     g_rows = np.zeros((layout.velocity_m_s.size, n))
     g_rows[layout.free_g, np.arange(parts["g"].start, parts["g"].stop)] = 1.0
     fixed = np.zeros(layout.velocity_m_s.size)
-    fixed[layout.gauge] = 1.0
+    fixed[layout.gauge] = layout.gauge_shape
     if layout.free_g.size >= 3:
         d2 = np.diff(np.eye(layout.velocity_m_s.size), n=2, axis=0)
         found.append(Penalty("g", d2 @ g_rows, -d2 @ fixed, 100.0))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.measurements.averaging import behind, smoothed
+from mrctl.measurements.refine import refined, straight
 from mrctl.measurements.run import Run
 
 Array = NDArray[np.float64]
@@ -56,31 +57,18 @@ class Record:
         return smoothed(force_n, self.averaged_s * self.rate_hz / factor)
 
     def refined(self, factor: int) -> Record:
-        """Splines through the samples, at a multiple of their rate.
-
-        Where a reversal takes less than a sample, the force between two samples is not that of their mean
-        motion: a model is right only at a rate that resolves the damper. The current, which may step, goes
-        straight.
-        """
+        """Splines through the samples, at a multiple of their rate; current and temperature go straight."""
         if factor <= 1:
             return self
-        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - heavy, and few campaigns are this slow
-
-        at = np.arange(len(self), dtype=np.float64)
-        fine = np.arange((len(self) - 1) * factor + 1) / factor
-
-        def smooth(x: Array) -> Array:
-            return np.asarray(CubicSpline(at, x)(fine), dtype=np.float64)
-
         return replace(
             self,
             rate_hz=self.rate_hz * factor,
-            velocity_m_s=smooth(self.velocity_m_s),
-            current_a=np.interp(fine, at, self.current_a),
-            temperature_c=np.interp(fine, at, self.temperature_c),
-            force_n=smooth(self.force_n),
-            displacement_m=smooth(self.displacement_m),
-            acceleration_m_s2=smooth(self.acceleration_m_s2),
+            velocity_m_s=refined(self.velocity_m_s, factor),
+            current_a=straight(self.current_a, factor),
+            temperature_c=straight(self.temperature_c, factor),
+            force_n=refined(self.force_n, factor),
+            displacement_m=refined(self.displacement_m, factor),
+            acceleration_m_s2=refined(self.acceleration_m_s2, factor),
             finer=self.finer * factor,
         )
 

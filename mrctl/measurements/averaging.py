@@ -102,11 +102,6 @@ def behind(run: Run) -> Run:
     )
 
 
-def as_stored(run: Run, force_n: FloatArray) -> FloatArray:
-    """A model's force (n) averaged as the run's was."""
-    return smoothed(force_n, run.averaged_s * run.sample_rate_hz)
-
-
 def _window(x: FloatArray) -> float:
     """The window in samples of which the channel is a moving mean; 0 for none."""
     start = max(0, (x.size - LOOKED_AT) // 2)

@@ -54,6 +54,19 @@ def test_what_identify_wrote_is_sound_and_predicts(identified, campaign, tmp_pat
     assert rmse == pytest.approx(own["rmse_n"], rel=0.05)
 
 
+def test_a_slow_run_is_predicted_as_it_is_compared(identified, campaign, tmp_path, capsys):
+    """At 100 Hz no filter can follow: both go through the model at its own rate."""
+    calibration, _ = identified
+    table = np.genfromtxt(min(campaign.glob("5Hz*.csv")), delimiter=",", names=True)[::5]
+    slow, out = tmp_path / "slow" / "run.csv", tmp_path / "out.csv"
+    slow.parent.mkdir()
+    np.savetxt(slow, table, delimiter=",", header=",".join(table.dtype.names), comments="")
+    assert main(["predict", str(calibration), str(slow), "-o", str(out), "--quiet"]) == 0
+    made = np.genfromtxt(out, delimiter=",", names=True)
+    rmse = float(np.sqrt(np.mean((made["force_N"] - made["force_model_N"]) ** 2)))
+    assert rmse == pytest.approx(_json(capsys, "compare", calibration, slow)["rmse_n"], rel=1e-6)
+
+
 def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(identified, campaign, tmp_path, capsys):
     calibration, _ = identified
     report = tmp_path / "diagnosis.html"

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrctl.measurements.assemble import RawRun, assemble
-from mrctl.measurements.averaging import as_stored, averaged_over_s, behind, believed, sharpened, smoothed
+from mrctl.measurements.averaging import averaged_over_s, behind, believed, sharpened, smoothed
 from mrctl.measurements.run import FloatArray, Run
 
 RATE_HZ = 500.0
@@ -76,7 +76,8 @@ def test_what_one_run_of_many_shows_is_no_mean_and_nothing_else_of_it_changes() 
 
 def test_the_damper_behind_the_mean_gives_the_stored_force() -> None:
     run = behind(loaded({name: trailing(x, 50) for name, x in measured().items()}))
-    force = as_stored(run, 800.0 * np.tanh(run.velocity_m_s / 0.01) + 2e3 * run.velocity_m_s)
+    static = 800.0 * np.tanh(run.velocity_m_s / 0.01) + 2e3 * run.velocity_m_s
+    force = smoothed(static, run.averaged_s * run.sample_rate_hz)
     middle = slice(100, -100)
     miss = np.std(run.force_n[middle] - force[middle])
     blind = np.std(run.force_n - 800.0 * np.tanh(run.velocity_m_s / 0.01) - 2e3 * run.velocity_m_s)
@@ -127,4 +128,4 @@ def test_a_velocity_of_its_own_is_kept() -> None:
 def test_a_run_that_is_no_mean_is_left_as_it_is() -> None:
     run = replace(loaded(measured()), averaged_s=0.0)
     assert behind(run) is run
-    assert as_stored(run, run.force_n) is run.force_n
+    assert smoothed(run.force_n, run.averaged_s * run.sample_rate_hz) is run.force_n

@@ -205,10 +205,14 @@ class Effect:
     needs: frozenset[str] = frozenset()
     undo: Step | None = None  # step's arguments, its input replaced by the wanted output; gives the input
     guesses: Callable[[Ranges], Sequence[Vector]] | None = None  # starting points other than typical
+    # Points that no small step of a base leads to, though the fit with both is better there.
+    far: Callable[[Ranges], Sequence[Vector]] | None = None
     derived: Callable[[Vector], Mapping[str, tuple[float, str]]] | None = None  # name: (value, unit)
     # Whether fitted parameters still describe this effect, and not another that it can imitate.
     plausible: Callable[[Vector, Ranges], bool] | None = None
     gives_way: GivesWay | None = None  # of a motion effect; without it a fit takes differences
+    # What its parameters become where f grows by a factor and g shrinks by it: for one that is told f h.
+    rescaled: Callable[[Vector, float], Vector] | None = None
     rank: int = 0  # order within the stage; equal ranks go by name
     # Conditions over which nature's form may be another, and the effect still this one (CONDITIONS).
     shape_over: frozenset[str] = frozenset()
@@ -227,11 +231,11 @@ class Effect:
 
     def starting_points(self, ranges: Ranges) -> list[Vector]:
         """Where a fit had best start, each point within the bounds."""
-        points = [self.typical] if self.guesses is None else list(self.guesses(ranges))
-        return [
-            tuple(min(max(x, p.low), p.high) for x, p in zip(point, self.parameters, strict=True))
-            for point in points
-        ]
+        return [self.within(p) for p in ([self.typical] if self.guesses is None else self.guesses(ranges))]
+
+    def within(self, values: Vector) -> Vector:
+        """Values within the parameters' bounds."""
+        return tuple(min(max(x, p.low), p.high) for x, p in zip(values, self.parameters, strict=True))
 
     def vector(self, values: Mapping[str, float]) -> Vector:
         """The parameters in order. Raises EffectError naming every one missing, unknown or out of bounds."""

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from mrctl.model.effects.base import Effect, GivesWay, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.filters import Coefficients, iir_step, settled_state
 from mrctl.model.static import StaticTables, backbone_force, force_level
 from mrctl.model.tables import interpolate
+
+USUAL_RAD_S = 2.0 * math.pi  # of the motion that a run may begin in
+KNEE_SHARE = 0.15  # of the top speed, at which a damper behind a dashpot yields
+SLOW_S = 1.0  # in which that follows its spring
 
 
 def step(
@@ -67,9 +72,16 @@ def start(
     lag: Coefficients,
     dt_s: float,  # noqa: ARG001 - the stage's
 ) -> list[float]:
-    """The mount is bent by the first sample's static force and no longer moves."""
+    """The mount is bent as far as the first sample's static force gets it, and no longer moves."""
     force = backbone_force(velocity_m_s, current_a, temperature_c, tables)
-    return [*settled_state(lag, force), p[0] * force, p[0] * force]
+    bent = _reach(p) * p[0] * force
+    return [*settled_state(lag, force), bent, bent]
+
+
+def _reach(p: Sequence[float]) -> float:
+    """How far a mount follows its force in a motion of 1 Hz: one that yields slowly hardly at all."""
+    phase = USUAL_RAD_S * p[0] * p[1]
+    return 1.0 / (1.0 + phase * phase)
 
 
 def give_way(
@@ -91,17 +103,27 @@ def give_way(
 
 
 def give_way_start(p: Sequence[float], force_n: float) -> list[float]:
-    """The mount is bent by that much more and no longer moves."""
-    return [0.0, 0.0, 0.0, p[0] * force_n, p[0] * force_n]
+    """The mount is bent by as much more as that gets it, and no longer moves."""
+    bent = _reach(p) * p[0] * force_n
+    return [0.0, 0.0, 0.0, bent, bent]
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
     return {"mount stiffness": (1.0 / p[0], "N/m")} if p[0] > 0.0 else {}
 
 
-def _guesses(ranges: Ranges) -> list[Vector]:  # noqa: ARG001 - as all effects
+def _guesses(ranges: Ranges) -> list[Vector]:
     # Soft or stiff, much or little damped: a fit hardly finds its way from one to the other.
-    return [(soft, damping) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)]
+    return [
+        *((soft, damping) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)),
+        *_dashpot(ranges),
+    ]
+
+
+def _dashpot(ranges: Ranges) -> list[Vector]:
+    """Hardly a spring: the force rises with the speed until the damper yields, whatever the current."""
+    damping = ranges.force_n / max(KNEE_SHARE * ranges.velocity_m_s, 1e-3)
+    return [(SLOW_S / damping, damping)]
 
 
 EFFECT = Effect(
@@ -110,12 +132,16 @@ EFFECT = Effect(
     summary="Rubber mounts and bearings in series with the damper take part of the stroke.",
     equation="y / compliance + damping dy/dt = lag[f h g(v1)], v1 = v - dy/dt, x1 = x - y",
     source=(
-        "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. "
+        "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. With "
+        "hardly a spring it is the dashpot in series of Spencer et al., J. Eng. Mech. 123 (1997): a damper "
+        "behind it yields at a speed in proportion to its force. "
         "The mount carries the damper's force behind a lag as long as H's; forces beside it are left out."
     ),
     parameters=(
-        Parameter("compliance_m_n", "m/N", 0.0, 0.0, 1e-4, 5e-7, "one over the mount's stiffness"),
-        Parameter("damping_n_s_m", "N*s/m", 1e3, 0.0, 1e5, 1e3, "damping of the mount"),
+        Parameter(
+            "compliance_m_n", "m/N", 0.0, 0.0, 1e-2, 5e-7, "one over the mount's stiffness", endless=True
+        ),
+        Parameter("damping_n_s_m", "N*s/m", 1e3, 0.0, 1e7, 1e3, "damping of the mount"),
     ),
     step=step,
     inverse=Undo.OBSERVE,
@@ -123,6 +149,7 @@ EFFECT = Effect(
     start=start,
     states=("lag, N", "0", "0", "mount's deflection, m", "the one before, m"),
     guesses=_guesses,
+    far=_dashpot,
     derived=_derived,
     gives_way=GivesWay(give_way, give_way_start),
     # A fluid that is elastic in series with its flow is this spring, as stiff as f h has it.

@@ -122,6 +122,12 @@ def _together(
     return (1.0 - p[3]) * shape + p[3] * elastic + p[4] * ((1.0 - p[6]) * smooth + p[6] * sharp)
 
 
+def _rescaled(p: Vector, factor: float) -> Vector:
+    """Exact unless a plastic part stands beside a creeping one: they share one length."""
+    length = factor ** p[2]
+    return p[0] * length, p[1] * length / factor, p[2], p[3], p[4] / factor, p[5], p[6]
+
+
 def _guesses(_: Ranges) -> list[Vector]:
     # The shape itself turns round, or a part beside it, which g then does not hold: as in Bouc-Wen.
     return [
@@ -237,4 +243,5 @@ EFFECT = Effect(
     undo=undo,
     guesses=_guesses,
     derived=_derived,
+    rescaled=_rescaled,
 )

@@ -69,6 +69,7 @@ EFFECT = Effect(
             USUAL_THINNING,
             "relative loss of viscosity a kelvin",
             0.01,
+            optional=True,  # at one temperature it does what the damping does
         ),
         FORCE_LAG,
     ),

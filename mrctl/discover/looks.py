@@ -1,0 +1,89 @@
+"""A look at every candidate beside one model, best first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mrctl.discover.race import HEAT, HEAT_TOLERANCE
+from mrctl.discover.screen import Look, Screen, ranges_of
+from mrctl.discover.tangent import Tangent
+from mrctl.identify.effects_fit import Effects
+from mrctl.identify.parallel import in_parallel
+from mrctl.identify.penalties import weighed_as
+from mrctl.model.effects.base import Effect, Vector
+
+CLIMBED = 7
+STARTS = 3  # from which an effect is looked at closely, ...
+KEPT = 0.5  # ... until one gives so much of what the glance at a few records promised there
+
+
+def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
+    """All candidates, best first; only the `most` best of a first glance are looked at closely."""
+    ranges = ranges_of(tangent.fit.model)
+    whole = float(tangent.residual @ tangent.residual)
+
+    parts = [tangent.glance(effect) for effect in candidates]
+    few = {id(part): Screen(part, ranges) for part in parts}
+
+    def glance(place: int) -> list[tuple[float, Vector]]:
+        rest = parts[place].residual
+        more = whole / max(float(rest @ rest), 1e-30)
+        promised = few[id(parts[place])].glance(candidates[place])
+        return sorted(((more * promise, start) for promise, start in promised), key=lambda g: -g[0])
+
+    glances = in_parallel(glance, range(len(candidates)))
+    order = sorted(range(len(candidates)), key=lambda k: -glances[k][0][0])
+    screen = Screen(tangent, ranges)
+
+    def look(place: int) -> Look:
+        effect, glanced = candidates[order[place]], glances[order[place]]
+        found = [screen.at(effect, glanced[0][1])] if place >= most else _climbed(screen, effect, glanced)
+        far = _far_look(screen, effect)
+        return max([*found, far] if far else found, key=lambda one: one.gain)
+
+    return sorted(in_parallel(look, range(len(order))), key=lambda one: -one.gain)
+
+
+def _climbed(screen: Screen, effect: Effect, glanced: Sequence[tuple[float, Vector]]) -> list[Look]:
+    """Looks from the most promising starts, until one keeps what a glance promised."""
+    found: list[Look] = []
+    for promise, start in glanced[:STARTS]:
+        found.append(screen.climb(effect, start))
+        if found[-1].gain >= KEPT * promise:
+            break
+    return found
+
+
+def _far_look(screen: Screen, effect: Effect) -> Look | None:
+    """What a few joint steps from the effect's far points win; None where it has none, or they win nothing.
+
+    A damper behind a dashpot yields at a speed in proportion to its force. A base without it has the mean of
+    its knees in g; from there each small step towards a dashpot makes matters worse, until g is as sharp as
+    behind one. No tangent shows that.
+    """
+    if effect.far is None:
+        return None
+    fit = screen.tangent.fit
+    alone = Effects((effect,))
+    model = fit.model.with_effects(Effects((*fit.model.effects.chosen, effect)))
+    free = np.concatenate([fit.moving, alone.free()])
+    penalties = weighed_as(fit.penalties, model.penalties())
+    heats = [
+        model.fit(
+            np.concatenate([fit.theta, alone.pack({effect.name: effect.within(point)})]),
+            penalties=penalties,
+            free=free,
+            rounds=1,
+            iterations=HEAT,
+            tolerance=HEAT_TOLERANCE,
+        )
+        for point in effect.far(screen.ranges)
+    ]
+    best = min(heats, key=lambda heat: heat.total)
+    if best.total >= fit.total:
+        return None
+    look = screen.at(effect, best.effect_values[effect.name])
+    return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])
