@@ -35,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="find and fit without runs of such names, and predict them with and without what was found",
     )
     parser.epilog = """\
-An effect that the data cannot tell from another is not added: the next run to make is proposed instead.
+Of effects that the data cannot tell apart the best is added only where it foretells motions left out; the
+next run to make, which tells them apart, is proposed.
 
 examples:
   mrctl discover campaign/ -o damper.yaml --report discovery.html

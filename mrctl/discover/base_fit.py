@@ -68,7 +68,7 @@ def stepless(records: Sequence[Record], fit: JointFit) -> JointFit:
 def _weighed_alike(records: Sequence[Record], fit: JointFit) -> JointModel:
     """The model on other versions of its records."""
     model = fit.model.on(records)
-    model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+    model.weigh_as(fit.model)
     return model
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from mrctl.discover.diagnose import Diagnosis, diagnose
 from mrctl.discover.extend import Extension, extend
+from mrctl.discover.unseen import motion_parts
 from mrctl.measurements.run import Campaign
 
 Report = Callable[[float, str], None]
@@ -25,26 +26,28 @@ class Discovery:
 def discover(campaign: Campaign, report: Report = lambda _share, _what: None) -> Discovery:
     """Find the effects that this data bears out, add them one by one, and say what remains.
 
-    An effect that this campaign cannot tell from another is not added: the next run decides. Those that
-    explain a part only are added, the best of rivals, if they help to predict runs and motions left out, and
-    the rest is called unexplained.
+    Of effects that this campaign cannot tell apart the best is added if it helps to predict motions left out,
+    as any of them may; which it is, the next run decides. So are those that explain a part only, and the rest
+    is called unexplained. A campaign of too few motions adds no effect that has rivals.
     """
     found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what))
     part_only = found.verdict == "unexplained"
-    sure = [one for one in found.found if part_only or not one.rivals]
+    moves = motion_parts(found.evidence.measured) is not None
+    taken = [one for one in found.found if part_only or moves or not one.rivals]
+    doubted = {one.trial.effect.name for one in taken if part_only or one.rivals}
     fit = found.final.fit
-    values = {one.trial.effect.name: fit.effect_values[one.trial.effect.name] for one in sure}
-    free = {one.trial.effect.name: one.trial.look.free.tolist() for one in sure}
+    values = {one.trial.effect.name: fit.effect_values[one.trial.effect.name] for one in taken}
+    free = {one.trial.effect.name: one.trial.look.free.tolist() for one in taken}
     extension = extend(
         campaign,
         (),
-        [one.trial.effect for one in sure],
+        [one.trial.effect for one in taken],
         values,
         free,
         lambda share, what: report(0.6 + 0.4 * share, what),
         found.evidence,
         falling=True,
-        unseen=part_only,
+        unseen=doubted,
     )
     verdict = "none" if found.verdict == "found" else found.verdict
     if extension.refused and verdict == "none":
@@ -54,6 +57,10 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         "ambiguous": "What is left could be one of several effects; see the next run.",
         "unexplained": "What is left is explained by no known effect.",
     }[verdict]
+    rivalled = [one for one in taken if one.rivals and one.trial.effect.name in extension.effects]
+    for one in rivalled if verdict == "ambiguous" else []:
+        others = " or ".join(rival.name for rival in one.rivals)
+        words += f" {one.trial.effect.name} is added, which foretells motions left out; it may be {others}."
     if extension.refused:
         names = ", ".join(extension.refused)
         words += f" Not added, since runs or motions that were left out are predicted worse with it: {names}."

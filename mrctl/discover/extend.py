@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import grown_by
-from mrctl.discover.refit import error_on, fitted, one_more, split, thinned
+from mrctl.discover.refit import error_on, fitted, one_more, scatters, split, thinned
 from mrctl.discover.unseen import Unseen
 from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint_fit import JointFit
@@ -59,13 +59,14 @@ def extend(
     evidence: Evidence | None = None,
     *,
     falling: bool = False,
-    unseen: bool = False,
+    unseen: Collection[str] = (),
 ) -> Extension:
     """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
     values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it; without
-    one it is made here. falling: leave away those with which the error on the runs left out rises; unseen: or
-    that on motions left out, as must be asked of effects that are only a part of the truth.
+    one it is made here. falling: leave away those with which the error on the runs left out rises; unseen: of
+    these names also those with which that on motions left out does, as must be asked of effects that are only
+    a part of the truth, or one of several.
 
     Raises InputError for a campaign without a usable run, ValueError where the filter found cannot be carried
     to the loop's rates.
@@ -84,18 +85,19 @@ def extend(
     for count, effect in enumerate(added, 1):
         report(count / (len(added) + 2), ", ".join(_names((*chosen, effect))))
         more = one_more(fit, parts.training, (*chosen, effect), given, free)
-        error = error_on(more, parts.held_out, parts.begins)
-        if falling and error > WORSE * steps[-1][1]:
+        apart = scatters(more)
+        errors = [error_on(f, parts.held_out, parts.begins, scaled=apart) for f in (fit, more)]
+        if falling and errors[1] > WORSE * errors[0]:
             refused.append(effect.name)
             continue
         if motions is not None:
             after = motions.with_one_more((*chosen, effect), given, free)
-            if not after.foretells_better_than(motions):
+            if effect.name in unseen and not after.foretells_better_than(motions):
                 refused.append(effect.name)
                 continue
             motions = after
         chosen, fit = (*chosen, effect), more
-        steps.append((_names(chosen), error))
+        steps.append((_names(chosen), error_on(more, parts.held_out, parts.begins)))
     report((len(added) + 1) / (len(added) + 2), "all runs")
     whole = fitted(records, chosen, dict(fit.effect_values), start=fit, free=free)
     std = table_std(whole, whole.covariance())

@@ -144,7 +144,7 @@ def warmer(fit: JointFit) -> list[Array]:
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
     """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most."""
     model = replace(fit.model, minimum_phase=True)
-    model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+    model.weigh_as(fit.model)
     lag = model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
     tangent = Tangent.of(lag)
     screen = Screen(tangent)

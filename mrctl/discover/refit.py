@@ -14,10 +14,12 @@ from mrctl.discover.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.finish import at_full_shape, full_shape
+from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.plain_lags import free_to_be_late
 from mrctl.identify.records import Record, possible_rise_k
+from mrctl.identify.run_scatter import ScatteredModel
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage, Vector
 
@@ -95,7 +97,8 @@ def fitted(
     if not chosen and start is None:
         return base
     layout = base.model.layout
-    model = replace(base.model, records=records, effects=Effects(tuple(chosen)), minimum_phase=bool(chosen))
+    kind = ScatteredModel if chosen else JointModel
+    model = kind(layout, records, Effects(tuple(chosen)), bool(chosen), base.model.slowest_pole)
     mask = model.free()
     if free is not None and chosen:
         own = [flag for e in chosen for flag in free.get(e.name, [not p.held for p in e.parameters])]
@@ -116,7 +119,7 @@ def _at_full_shape(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:
         model = replace(
             fit.model, layout=replace(fit.model.layout, gauge=int(np.argmax(np.abs(fit.tables.g))))
         )
-        model.weights, model.noise_n = fit.model.weights, fit.model.noise_n
+        model.weigh_as(fit.model)
         values = dict(zip(fit.effect_values, at_full_shape(fit), strict=True))
         penalties = weighed_as(fit.penalties, model.penalties())
         fit = model.fit(
@@ -149,8 +152,27 @@ def one_more(
     return fitted(records, chosen, begin.effect_values, start=begin, free=free)
 
 
-def error_on(fit: JointFit, records: Sequence[Record], begins: Sequence[int] | None = None) -> float:
-    """RMS error in N on other records, every sample measured; begins: from these samples on."""
+def error_on(
+    fit: JointFit,
+    records: Sequence[Record],
+    begins: Sequence[int] | None = None,
+    *,
+    scaled: bool = False,
+) -> float:
+    """RMS error in N on other records, every sample measured; begins: from these samples on.
+
+    scaled: less what is in proportion to each record's force, which no model foretells of runs that scatter.
+    """
     model = fit.model.on(records)
-    errors = zip(records, model.errors(fit.theta), begins or [0] * len(records), strict=True)
-    return float(np.sqrt(np.mean(np.concatenate([e[at :: r.finer] for r, e, at in errors]) ** 2)))
+    forces = model.predict(fit.theta)
+    left = []
+    for record, force, at in zip(records, forces, begins or [0] * len(records), strict=True):
+        made = force[at :: record.finer]
+        error = record.force_n[at :: record.finer] - made
+        left.append(error - made * float(made @ error) / float(made @ made) if scaled else error)
+    return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+
+
+def scatters(fit: JointFit) -> bool:
+    """Whether the runs that it was fitted to differ in scale beyond chance."""
+    return isinstance(fit.model, ScatteredModel) and fit.model.spread > 0.0

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, pearsonr
 
 from mrctl.discover.run_zeros import BY_CONDITION, CHANCE, conditions_of
-from mrctl.identify.noise import correlation_inflation
 from mrctl.identify.records import Record
+from mrctl.identify.run_scatter import scale_of
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def run_gains(errors: Sequence[Array], modelled: Sequence[Array], records: Seque
     none = np.zeros(len(errors))
     if len(errors) < FEWEST_RUNS:
         return none
-    found = [_share(e, m) for e, m in zip(errors, modelled, strict=True)]
+    found = [scale_of(e, m) for e, m in zip(errors, modelled, strict=True)]
     shares, doubts = np.array([s for s, _ in found]), np.array([d for _, d in found])
     weights = 1.0 / doubts**2
     apart = shares - float(np.average(shares, weights=weights))
@@ -50,16 +50,6 @@ def run_gains(errors: Sequence[Array], modelled: Sequence[Array], records: Seque
     if float(np.max(np.abs(apart) - CERTAIN * doubts)) > LARGEST or _by_a_rule(apart, weights, records):
         return none
     return np.asarray(apart * scatter * weights, dtype=np.float64)
-
-
-def _share(error: Array, modelled: Array) -> tuple[float, float]:
-    """The share of the modelled force that an error holds beside a zero, and its standard error."""
-    force = modelled - modelled.mean()
-    power = max(float(force @ force), 1e-300)
-    share = float(force @ error) / power
-    rest = error - error.mean() - share * force
-    doubt = float(rest.std()) * np.sqrt(correlation_inflation(rest) / power)
-    return share, max(float(doubt), 1e-9)
 
 
 def _by_a_rule(apart: Array, weights: Array, records: Sequence[Record]) -> bool:

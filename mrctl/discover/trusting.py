@@ -57,7 +57,7 @@ def fitted_trusting(
         model.slowest_pole,
         trust=list(trust),
     )
-    trusting.noise_n, trusting.weights = model.noise_n, model.weights
+    trusting.weigh_as(model)
     return trusting.fit(
         theta, penalties=fit.penalties, free=free, rounds=1, iterations=iterations, tolerance=tolerance
     )

@@ -164,9 +164,16 @@ class JointModel:
         """Half the weighted square sum."""
         total = 0.0
         for batch, force in zip(self.batches, self._forces.at(theta), strict=True):
-            rest = batch.weighed(batch.force_n - force) * self.block_weights(batch, theta)
+            rest = self.told(batch, self.block_weights(batch, theta), batch.weighed(batch.force_n - force))
             total += 0.5 * float(rest @ rest)
         return total
+
+    def told(self, batch: Batch, roots: Array, x: Array) -> Array:  # noqa: ARG002 - what a run's say hangs on
+        """What residuals or slopes (..., blocks) say, in units of the noise; in their own place.
+
+        roots: those of the blocks' weights.
+        """
+        return np.multiply(x, roots, out=x)
 
     def block_weights(self, batch: Batch, theta: Array) -> Array:
         """The root of each block's weight: 0 where a record's past is unknown or its end is filled up."""
@@ -201,7 +208,7 @@ class JointModel:
         def part(k: int) -> tuple[WeighedSlopes | None, NDArray[np.intp], Array, Array, float]:
             rest, rows = self._forces.linear(theta, k, dampers)
             roots = self.block_weights(self.batches[k], theta)
-            rest, values = rest * roots, np.multiply(rows.values, roots, out=rows.values)
+            rest, values = (self.told(self.batches[k], roots, x) for x in (rest, rows.values))
             kept = WeighedSlopes(rows.index, values, rest, roots) if keep else None
             return kept, rows.index, values @ values.T, values @ rest, 0.5 * float(rest @ rest)
 
@@ -225,7 +232,7 @@ class JointModel:
             return None
         pull = np.zeros(self.size)
         for batch, force, own in zip(self.batches, self._forces.at(there), self._slopes, strict=True):
-            moved = own.rest - batch.weighed(batch.force_n - force) * own.roots
+            moved = own.rest - self.told(batch, own.roots, batch.weighed(batch.force_n - force))
             bent = (moved / BEND_STEP - step[own.index] @ own.values) * (2.0 / BEND_STEP)
             pull[own.index] += own.values @ bent
         return pull if np.all(np.isfinite(pull)) else None
@@ -252,6 +259,10 @@ class JointModel:
             rows[:, self.layout.size :] = np.eye(self.effects.size) / EFFECT_SPREAD
             found.append(Penalty("effects", rows, rows @ self.neutral(), 1.0, adapts=False))
         return found
+
+    def weigh_as(self, other: JointModel) -> None:
+        """Take another model's weights, whose records are these or versions of them."""
+        self.weights, self.noise_n = other.weights, other.noise_n
 
     def reweigh(self, theta: Array, *, each: bool = False) -> None:
         """Take the noise from what is left over at theta: one for all, or each record's with its colour.

@@ -37,7 +37,7 @@ def with_lag_of_two(model: JointModel, theta: Array) -> Array:
 def free_to_be_late(model: JointModel) -> JointModel:
     """The same model with a filter that may have zeros to the right, as a delay has."""
     free = replace(model, minimum_phase=False)
-    free.weights, free.noise_n = model.weights, model.noise_n
+    free.weigh_as(model)
     return free
 
 

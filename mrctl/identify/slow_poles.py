@@ -39,7 +39,7 @@ def within_reach(fit: JointFit, rounds: int, iterations: int) -> JointFit:
     bounded = replace(model, slowest_pole=slowest)
     lower, _ = bounded.bounds()
     if np.all(fit.theta >= lower):
-        bounded.noise_n, bounded.weights = model.noise_n, model.weights
+        bounded.weigh_as(model)
         return JointFit(bounded, fit.solution, fit.penalties)
     fits = []
     for theta in (np.maximum(fit.theta, lower), with_plain_lag(model, fit.theta)):

@@ -23,7 +23,7 @@ def test_an_effect_with_which_left_out_runs_are_predicted_worse_is_refused(
 ):
     """rise: of the error on the runs left out, with the second effect."""
     errors = {0: 100.0, 1: 50.0, 2: 50.0 * rise}
-    monkeypatch.setattr(module, "error_on", lambda fit, *_: errors[len(fit.model.effects.chosen)])
+    monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: errors[len(fit.model.effects.chosen)])
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     campaign = one_frequency({FIRST: spring})
     added = [effects()[name] for name in (FIRST, SECOND)]
@@ -50,14 +50,15 @@ class _Motions:
 @pytest.mark.parametrize(
     ("unseen", "refuses", "kept", "refused"),
     [
-        (True, 3, (FIRST, SECOND), ()),
-        (True, 2, (FIRST,), (SECOND,)),
-        (True, 1, (), (FIRST, SECOND)),
-        (False, 1, (FIRST, SECOND), ()),
+        ({FIRST, SECOND}, 3, (FIRST, SECOND), ()),
+        ({FIRST, SECOND}, 2, (FIRST,), (SECOND,)),
+        ({FIRST, SECOND}, 1, (), (FIRST, SECOND)),
+        ({SECOND}, 1, (FIRST,), (SECOND,)),
+        ((), 1, (FIRST, SECOND), ()),
     ],
 )
 def test_a_part_of_the_truth_must_help_with_motions_left_out(monkeypatch, unseen, refuses, kept, refused):
-    monkeypatch.setattr(module, "error_on", lambda fit, *_: 100.0 - len(fit.model.effects.chosen))
+    monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
     monkeypatch.setattr(module.Unseen, "of", lambda *_: _Motions(refuses=refuses))
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     added = [effects()[name] for name in (FIRST, SECOND)]
