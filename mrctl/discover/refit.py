@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mrctl.discover.folds import covered
 from mrctl.discover.grow import WORTH_FREEING, grown_by
 from mrctl.discover.noise_floor import noise_floor, pooled_floor
+from mrctl.discover.trusting import as_plain
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.finish import at_full_shape, full_shape
@@ -108,7 +109,20 @@ def fitted(
     penalties = weighed_as(base.penalties, model.penalties())
     fit = model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=12)
     late = fit if any(e.stage is Stage.OUTPUT for e in chosen) else _with_own_delay(fit, mask)
-    return _at_full_shape(late, mask)
+    return _levelled(_at_full_shape(late, mask))
+
+
+def _levelled(fit: JointFit) -> JointFit:
+    """The fit with f as all samples say it in the mean, where a run's own scale had no say in it."""
+    if not scatters(fit):
+        return fit
+    old = fit.model
+    plain = JointModel(old.layout, old.records, old.effects, old.minimum_phase, old.slowest_pole)
+    plain.reweigh(fit.theta)
+    free = np.zeros(plain.size, dtype=bool)
+    free[plain.layout.parts["f"]] = True
+    level = plain.fit(fit.theta, penalties=fit.penalties, free=free, rounds=1, iterations=12)
+    return as_plain(fit, level.theta)
 
 
 def _at_full_shape(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:

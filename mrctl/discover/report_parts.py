@@ -251,7 +251,7 @@ def all_looks(page: Page, d: Diagnosis) -> None:
             [
                 [
                     look.effect.name,
-                    100.0 * look.gain / float(d.first.tangent.residual @ d.first.tangent.residual),
+                    100.0 * look.gain / d.first.whole,
                 ]
                 for look in d.first.looks
             ],

@@ -62,7 +62,7 @@ class Level:
     """One round: the model it began with, what every candidate looked like, and those fitted, best first."""
 
     before: Proof
-    tangent: Tangent
+    whole: float  # the square sum that it left, in units of the noise
     looks: list[Look]
     trials: list[Trial]
 
@@ -122,7 +122,7 @@ def search_level(
         if t.effect.plausible is None or t.effect.plausible(t.fit.effect_values[t.effect.name], reach)
     ]
     trials.sort(key=lambda trial: -trial.score)
-    return Level(before, tangent, seen, trials)
+    return Level(before, whole, seen, trials)
 
 
 def _known(before: Proof, proof: Proof, seen: Sequence[Look]) -> list[Trial]:
