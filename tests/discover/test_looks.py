@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover import screen
+from mrctl.discover import looks as module
 
 PROMISES = [(9.0, (1.0,)), (8.0, (2.0,)), (7.0, (3.0,)), (6.0, (4.0,))]
 
@@ -39,10 +39,10 @@ class _Screen:
 )
 def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, asked, best):
     _Screen.gains, _Screen.asked = dict(zip([(1.0,), (2.0,), (3.0,)], gains, strict=True)), []
-    monkeypatch.setattr(screen, "Screen", _Screen)
-    monkeypatch.setattr(screen, "ranges_of", lambda _: None)
+    monkeypatch.setattr(module, "Screen", _Screen)
+    monkeypatch.setattr(module, "ranges_of", lambda _: None)
     few = SimpleNamespace(residual=np.ones(4), fit=SimpleNamespace(model=None))
     whole = SimpleNamespace(residual=np.ones(4), fit=SimpleNamespace(model=None), glance=lambda _: few)
-    (look,) = screen.looks(whole, ["an effect"])
+    (look,) = module.looks(whole, [SimpleNamespace(far=None)])
     assert look.gain == best
     assert len(_Screen.asked) == asked
