@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.noise_floor import NoiseFloor
-from mrctl.discover.robust import SCALE
 from mrctl.discover.spectral_floor import mean_square, spectral_floor
+from mrctl.identify.noise import SCALE
 
 Array = NDArray[np.float64]
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mrctl.discover.trusting import as_plain, fitted_trusting
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.noise import SCALE
 
 Array = NDArray[np.float64]
 
@@ -22,7 +23,6 @@ FEW, MANY = 6, 20  # iterations: of one round, and where all is known from the s
 WIDTH = 2.5  # robust scales at which a sample counts half
 ALIKE, ALIKE_SHARE = 3, 0.06  # records that stop at the same force, and how alike
 MARGIN = 0.2  # of a limit, left out with it
-SCALE = 1.4826  # of the median deviation, for a normal distribution
 
 
 def second_opinions(fit: JointFit) -> list[JointFit]:

@@ -11,15 +11,14 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, pearsonr
+from scipy.stats import pearsonr
 
 from mrctl.discover.run_zeros import BY_CONDITION, CHANCE, conditions_of
 from mrctl.identify.records import Record
-from mrctl.identify.run_scatter import scale_of
+from mrctl.identify.run_scatter import FEWEST_RUNS, scales_apart
 
 Array = NDArray[np.float64]
 
-FEWEST_RUNS = 6  # fewer agree with any rule
 LEAST = 2e-3  # of the force: what scatters less does no harm
 LARGEST = 0.03  # no rig scatters further
 LEAST_STROKE_M = 1e-5  # over the runs, RMS
@@ -36,17 +35,12 @@ def run_gains(errors: Sequence[Array], modelled: Sequence[Array], records: Seque
     none = np.zeros(len(errors))
     if len(errors) < FEWEST_RUNS:
         return none
-    found = [scale_of(e, m) for e, m in zip(errors, modelled, strict=True)]
-    shares, doubts = np.array([s for s, _ in found]), np.array([d for _, d in found])
-    weights = 1.0 / doubts**2
-    apart = shares - float(np.average(shares, weights=weights))
-    if chi2.sf(float(np.sum((apart / doubts) ** 2)), len(errors) - 1) > CHANCE:
+    apart, doubts, chance = scales_apart(errors, modelled)
+    if chance > CHANCE or float(np.max(np.abs(apart))) < LEAST:
         return none
-    if float(np.max(np.abs(apart))) < LEAST:
-        return none
-    scatter = max(float(np.average(apart**2 - doubts**2, weights=weights)), 0.0)
+    scatter = max(float(np.average(apart**2 - doubts**2, weights=1.0 / doubts**2)), 0.0)
     weights = 1.0 / (doubts**2 + scatter)
-    apart = shares - float(np.average(shares, weights=weights))
+    apart = apart - float(np.average(apart, weights=weights))
     if float(np.max(np.abs(apart) - CERTAIN * doubts)) > LARGEST or _by_a_rule(apart, weights, records):
         return none
     return np.asarray(apart * scatter * weights, dtype=np.float64)

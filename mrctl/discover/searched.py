@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from mrctl.discover.noise_floor import NoiseFloor
 from mrctl.identify.joint import WEIGHING_RATE_HZ
 from mrctl.identify.records import Record
+from mrctl.measurements.refine import refinement
 
 SEARCHED_SAMPLES = 20000  # of runs that repeat, where there are more
 SLOWEST_HZ, FASTEST_HZ = 800.0, 1000.0  # slower runs are refined, faster ones averaged; ...
@@ -29,12 +28,7 @@ def at_search_rates(
     fewer = _seconds([shortened(r, f, share) for r, f in zip(measured, floors, strict=True)])
     by = 0.5 if fewer > LONG_S else 1.0
     slowest, fastest = by * SLOWEST_HZ, by * FASTEST_HZ
-    full = timing(
-        [
-            r if r.slow > 1 or r.rate_hz >= slowest else r.refined(int(np.ceil(slowest / r.rate_hz - 1e-9)))
-            for r in measured
-        ]
-    )
+    full = timing([r if r.slow > 1 else r.refined(refinement(r.rate_hz, slowest)) for r in measured])
     records = [
         shortened(r, f, share).decimated(max(r.slow, int(r.rate_hz / fastest)))
         for r, f in zip(full, floors, strict=True)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+SCALE = 1.4826  # of the median deviation, for a normal distribution
 LEAST_SHARE = 0.2  # no run's noise is taken below this share of the median: a run at rest fits too well
 
 

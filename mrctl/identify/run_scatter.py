@@ -17,15 +17,14 @@ from scipy.stats import chi2
 
 from mrctl.identify.batch import Batch
 from mrctl.identify.joint import JointModel
-from mrctl.identify.noise import correlation_inflation
+from mrctl.identify.noise import SCALE, correlation_inflation
 
 Array = NDArray[np.float64]
 
-FEWEST_RUNS = 6  # fewer say nothing of a spread
+FEWEST_RUNS = 6  # fewer say nothing of a spread, and agree with any rule
 CHANCE = 1e-3
 LEAST = 0.01  # of the force: less does no harm
 LARGEST = 0.05  # and more is the model's error, not the runs'
-SCALE = 1.4826  # of the median deviation, for a normal distribution
 
 
 @dataclass
@@ -74,18 +73,26 @@ def scale_spread(errors: Sequence[Array], modelled: Sequence[Array]) -> float:
     """
     if len(errors) < FEWEST_RUNS:
         return 0.0
-    found = [scale_of(e, m) for e, m in zip(errors, modelled, strict=True)]
-    shares, doubts = np.array([s for s, _ in found]), np.array([d for _, d in found])
-    weights = 1.0 / doubts**2
-    apart = shares - float(np.average(shares, weights=weights))
-    if chi2.sf(float(np.sum((apart / doubts) ** 2)), len(errors) - 1) > CHANCE:
+    apart, doubts, chance = scales_apart(errors, modelled)
+    if chance > CHANCE:
         return 0.0
     usual = (SCALE * float(np.median(np.abs(apart)))) ** 2 - float(np.median(doubts)) ** 2
     spread = min(float(np.sqrt(max(usual, 0.0))), LARGEST)
     return spread if spread > LEAST else 0.0
 
 
-def scale_of(error: Array, modelled: Array) -> tuple[float, float]:
+def scales_apart(errors: Sequence[Array], modelled: Sequence[Array]) -> tuple[Array, Array, float]:
+    """Each run's scale beside the mean, its standard error (runs each), and the chance that all are alike.
+
+    errors, modelled: what a model leaves of each run's force, and the model's (n each, N).
+    """
+    found = [_scale_of(e, m) for e, m in zip(errors, modelled, strict=True)]
+    shares, doubts = np.array([s for s, _ in found]), np.array([d for _, d in found])
+    apart = shares - float(np.average(shares, weights=1.0 / doubts**2))
+    return apart, doubts, float(chi2.sf(float(np.sum((apart / doubts) ** 2)), len(errors) - 1))
+
+
+def _scale_of(error: Array, modelled: Array) -> tuple[float, float]:
     """The share of the modelled force that an error (n) holds beside a zero, and its standard error."""
     force = modelled - modelled.mean()
     power = max(float(force @ force), 1e-300)

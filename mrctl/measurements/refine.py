@@ -20,9 +20,9 @@ def refinement(rate_hz: float, least_hz: float) -> int:
 
 def refined(x: FloatArray, factor: int) -> FloatArray:
     """A cubic spline through x (n) at `factor` times its rate, evenly bent at its ends."""
-    at = np.arange((x.size - 1) * factor + 1) / factor
-    if x.size < FEWEST:
-        return np.asarray(np.interp(at, np.arange(x.size), x), dtype=np.float64)
+    if factor == 1 or x.size < FEWEST:
+        return straight(x, factor)
+    at = _places(x.size, factor)
     bend = _bends(x)
     k = np.minimum(at.astype(np.intp), x.size - 2)
     t = at - k
@@ -33,17 +33,19 @@ def refined(x: FloatArray, factor: int) -> FloatArray:
 
 def straight(x: FloatArray, factor: int) -> FloatArray:
     """As `refined`, straight between samples: for what may step."""
-    return np.asarray(
-        np.interp(np.arange((x.size - 1) * factor + 1) / factor, np.arange(x.size), x), dtype=np.float64
-    )
+    return np.asarray(np.interp(_places(x.size, factor), np.arange(x.size), x), dtype=np.float64)
+
+
+def _places(n: int, factor: int) -> FloatArray:
+    """Where the refined samples lie, in samples."""
+    return np.arange((n - 1) * factor + 1) / factor
 
 
 def _bends(x: FloatArray) -> FloatArray:
     """Second differences of the spline at the samples, by elimination; the outermost as those beside them."""
     right = (6.0 * (x[2:] - 2.0 * x[1:-1] + x[:-2])).tolist()
     count = len(right)
-    diagonal, inner = 5.0, [0.0] * count
-    pivots = [diagonal]
+    inner, pivots = [0.0] * count, [5.0]
     for k in range(1, count):
         by = 1.0 / pivots[-1]
         pivots.append((5.0 if k == count - 1 else 4.0) - by)
