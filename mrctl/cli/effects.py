@@ -13,9 +13,10 @@ from pathlib import Path
 from mrctl.calibration import load_calibration
 from mrctl.cli.effect_template import template
 from mrctl.errors import InputError
-from mrctl.model.effects.base import Effect, Parameter
+from mrctl.model.effects.base import Effect, Parameter, force_power
 from mrctl.model.effects.card import card
 from mrctl.model.effects.registry import VARIABLE, effects
+from mrctl.model.effects.size import LARGEST_N, SMALLEST_N
 from mrctl.report.terminal import paint
 from mrctl.share_path import share_file
 from mrctl.yaml_source.writer import write_atomically
@@ -92,6 +93,8 @@ def _parameter_text(p: Parameter) -> list[str]:
     unit = "" if p.unit == "1" else f" {p.unit}"
     held = ", held unless asked for" if p.held else ""
     numbers = f"{p.low:g} to {p.high:g}{unit}, neutral {p.neutral:g}, usual {p.typical:g}"
+    if force_power(p.unit):
+        numbers += f" (in a damper of {SMALLEST_N:g} to {LARGEST_N:g} N; else in proportion)"
     return _wrapped(f"{p.name}: {p.help}; {numbers}{held}", "    ")
 
 

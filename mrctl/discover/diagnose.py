@@ -68,6 +68,7 @@ def diagnose(
     """What is missing from the base model with the known effects. Raises InputError for unusable runs."""
     began = time.monotonic()
     evidence = Evidence.of(campaign)
+    known = evidence.sized(known)
     report(0.05, "base model")
     base = evidence.base(known, values)
     evidence = evidence.steadied(base.fit).zeroed(base.fit)
@@ -123,7 +124,7 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     colour = float(np.median(final.colour))
     hidden = {**untestable, **hidden_effects(levels[0].looks, colour)}
     hidden = taken_up(hidden, final.fit.model.layout, final.fit.tables)
-    proposal = _proposal(named, colour) if verdict == "ambiguous" else None
+    proposal = _proposal(evidence, named, colour) if verdict == "ambiguous" else None
     report(1.0, verdict)
     return Diagnosis(
         verdict,
@@ -196,12 +197,12 @@ def _best(evidence: Evidence, level: Level, good: Sequence[Trial]) -> Trial | No
     return None
 
 
-def _proposal(named: list[Found], colour: float) -> NextRun | None:
+def _proposal(evidence: Evidence, named: list[Found], colour: float) -> NextRun | None:
     """The next run for the first effect that has rivals."""
     known = effects()
     for one in named:
         if one.rivals:
-            rivals = [known[r.name] for r in one.rivals]
+            rivals = evidence.sized(known[r.name] for r in one.rivals)
             other = any(r.other_current for r in one.rivals)
             return propose(one.trial.fit, one.trial.effect, rivals, colour, other_current=other)
     return None

@@ -9,6 +9,7 @@ from mrctl.discover.diagnose import Diagnosis, diagnose
 from mrctl.discover.extend import Extension, extend
 from mrctl.discover.unseen import motion_parts
 from mrctl.measurements.run import Campaign
+from mrctl.model.effects.registry import effects
 
 Report = Callable[[float, str], None]
 
@@ -26,15 +27,18 @@ class Discovery:
 def discover(campaign: Campaign, report: Report = lambda _share, _what: None) -> Discovery:
     """Find the effects that this data bears out, add them one by one, and say what remains.
 
-    Of effects that this campaign cannot tell apart the best is added if it helps to predict motions left out,
-    as any of them may; which it is, the next run decides. So are those that explain a part only, and the rest
+    Of effects that this campaign cannot tell apart the one that foretells motions left out best is added, if
+    any does; which it is, the next run decides. So are those that explain a part only, and the rest
     is called unexplained. A campaign of too few motions adds no effect that has rivals.
     """
     found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what))
     part_only = found.verdict == "unexplained"
+    known = effects()
     moves = motion_parts(found.evidence.measured) is not None
     taken = [one for one in found.found if part_only or moves or not one.rivals]
-    doubted = {one.trial.effect.name for one in taken if part_only or one.rivals}
+    rivals = {one.trial.effect.name: [known[r.name] for r in one.rivals] for one in taken}
+    doubted = {name for name, others in rivals.items() if part_only or others}
+    doubted |= {other.name for others in rivals.values() for other in others}
     fit = found.final.fit
     values = {one.trial.effect.name: fit.effect_values[one.trial.effect.name] for one in taken}
     free = {one.trial.effect.name: one.trial.look.free.tolist() for one in taken}
@@ -48,6 +52,7 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         found.evidence,
         falling=True,
         unseen=doubted,
+        instead=rivals,
     )
     verdict = "none" if found.verdict == "found" else found.verdict
     if extension.refused and verdict == "none":
@@ -57,10 +62,11 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         "ambiguous": "What is left could be one of several effects; see the next run.",
         "unexplained": "What is left is explained by no known effect.",
     }[verdict]
-    rivalled = [one for one in taken if one.rivals and one.trial.effect.name in extension.effects]
-    for one in rivalled if verdict == "ambiguous" else []:
-        others = " or ".join(rival.name for rival in one.rivals)
-        words += f" {one.trial.effect.name} is added, which foretells motions left out; it may be {others}."
+    for name, others in rivals.items() if verdict == "ambiguous" else []:
+        alike = [name, *(other.name for other in others)] if others else []
+        for added in [one for one in alike if one in extension.effects][:1]:
+            rest = " or ".join(one for one in alike if one != added)
+            words += f" {added} is added, which foretells motions left out best; it may be {rest}."
     if extension.refused:
         names = ", ".join(extension.refused)
         words += f" Not added, since runs or motions that were left out are predicted worse with it: {names}."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,6 +21,7 @@ from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.run_gains import run_gains
 from mrctl.discover.run_zeros import run_zeros
+from mrctl.discover.screen import ranges_of
 from mrctl.discover.searched import at_search_rates
 from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.step_times import timed, without_steps
@@ -31,6 +32,7 @@ from mrctl.identify.records import Record, records_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects
+from mrctl.model.effects.size import sized
 
 Array = NDArray[np.float64]
 
@@ -181,7 +183,7 @@ class Evidence:
         names = {e.name for e in known}
         found, left = [], {}
         still = all(float(np.ptp(r.displacement_m)) < MOVED_M for r in self.records)
-        for effect in effects().values():
+        for effect in self.sized(effects().values()):
             if effect.name in names:
                 continue
             if "displacement" in effect.needs and still:
@@ -189,6 +191,11 @@ class Evidence:
             else:
                 found.append(effect)
         return found, left
+
+    def sized(self, chosen: Iterable[Effect]) -> list[Effect]:
+        """Effects with the bounds that they have in a damper of this size."""
+        force_n = ranges_of(self.measured).force_n
+        return [sized(effect, force_n) for effect in chosen]
 
     def base(
         self,

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import grown_by
-from mrctl.discover.refit import error_on, fitted, one_more, scatters, split, thinned
+from mrctl.discover.refit import Split, error_on, fitted, one_more, scatters, split, thinned
 from mrctl.discover.unseen import Unseen
 from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint_fit import JointFit
@@ -60,6 +61,7 @@ def extend(
     *,
     falling: bool = False,
     unseen: Collection[str] = (),
+    instead: Mapping[str, Sequence[Effect]] | None = None,
 ) -> Extension:
     """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
@@ -73,37 +75,37 @@ def extend(
     """
     given = dict(values or {})
     measured = Evidence.of(campaign)
+    known, added = measured.sized(known), measured.sized(added)
+    others = {name: measured.sized(own) for name, own in (instead or {}).items()}
     records = thinned((evidence or _ready(measured, (*known, *added), given)).full)
     parts = split(campaign, thinned(measured.full), records)
     report(0.0, ", ".join(e.name for e in known) or "base model")
-    first = fit = fitted(
-        parts.training, known, {e.name: given.get(e.name, e.typical) for e in known}, free=free
-    )
-    steps = [(_names(known), error_on(first, parts.held_out, parts.begins))]
-    chosen, refused = tuple(known), []
+    first = fitted(parts.training, known, {e.name: given.get(e.name, e.typical) for e in known}, free=free)
     motions = Unseen.of(records, thinned(measured.full), known, given, free) if unseen and added else None
+    here = before = _Model(tuple(known), first, parts, motions, given, free)
+    steps, refused = [(_names(known), here.error_n)], []
     for count, effect in enumerate(added, 1):
-        report(count / (len(added) + 2), ", ".join(_names((*chosen, effect))))
-        more = one_more(fit, parts.training, (*chosen, effect), given, free)
-        apart = scatters(more)
-        errors = [error_on(f, parts.held_out, parts.begins, scaled=apart) for f in (fit, more)]
-        if falling and errors[1] > WORSE * errors[0]:
+        better: _Model | None = None
+        for one in (effect, *others.get(effect.name, ())):
+            if one.name in _names(here.chosen):
+                continue
+            report(count / (len(added) + 2), ", ".join(_names((*here.chosen, one))))
+            more = here.with_one_more(one)
+            if falling and not more.bears_out(here, told=one.name in unseen):
+                continue
+            if better is None or more.foretells_better_than(better):
+                better = more
+        if better is None:
             refused.append(effect.name)
             continue
-        if motions is not None:
-            after = motions.with_one_more((*chosen, effect), given, free)
-            if effect.name in unseen and not after.foretells_better_than(motions):
-                refused.append(effect.name)
-                continue
-            motions = after
-        chosen, fit = (*chosen, effect), more
-        steps.append((_names(chosen), error_on(more, parts.held_out, parts.begins)))
+        here = better
+        steps.append((_names(here.chosen), here.error_n))
     report((len(added) + 1) / (len(added) + 2), "all runs")
-    whole = fitted(records, chosen, dict(fit.effect_values), start=fit, free=free)
+    whole = fitted(records, here.chosen, dict(here.fit.effect_values), start=here.fit, free=free)
     std = table_std(whole, whole.covariance())
-    plain = fitted(records, known, given, start=first) if len(chosen) > len(known) else whole
+    plain = whole if here is before else fitted(records, known, given, start=first)
     return Extension(
-        _names(chosen),
+        _names(here.chosen),
         plain,
         whole,
         damper_of(whole),
@@ -113,6 +115,47 @@ def extend(
         parts.noise_floor_n,
         tuple(refused),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """A model fitted without the runs left out, and without each of the motions if they are asked."""
+
+    chosen: tuple[Effect, ...]
+    fit: JointFit
+    parts: Split
+    motions: Unseen | None
+    values: Mapping[str, Vector]
+    free: Mapping[str, Sequence[bool]] | None
+
+    @cached_property
+    def error_n(self) -> float:
+        """On the runs left out."""
+        return error_on(self.fit, self.parts.held_out, self.parts.begins)
+
+    def with_one_more(self, effect: Effect) -> _Model:
+        """The same with one more effect."""
+        chosen = (*self.chosen, effect)
+        fit = one_more(self.fit, self.parts.training, chosen, self.values, self.free)
+        motions = self.motions and self.motions.with_one_more(chosen, self.values, self.free)
+        return replace(self, chosen=chosen, fit=fit, motions=motions)
+
+    def bears_out(self, before: _Model, *, told: bool) -> bool:
+        """Whether the runs left out bear its last effect out; told: and motions left out, where asked."""
+        apart = scatters(self.fit)
+        errors = [
+            error_on(one.fit, self.parts.held_out, self.parts.begins, scaled=True) if apart else one.error_n
+            for one in (before, self)
+        ]
+        if errors[1] > WORSE * errors[0]:
+            return False
+        return not told or self.foretells_better_than(before) is not False
+
+    def foretells_better_than(self, other: _Model) -> bool | None:
+        """Whether it predicts motions left out better; None where none were left out."""
+        if self.motions is None or other.motions is None:
+            return None
+        return self.motions.foretells_better_than(other.motions)
 
 
 def _names(chosen: Sequence[Effect]) -> tuple[str, ...]:

@@ -69,7 +69,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
         beside = np.concatenate([fit.moving, np.zeros(own.size, dtype=bool)])
         settled = [heat(starts[1], free=beside, iterations=HEAT, tolerance=HEAT_TOLERANCE).theta]
         if effect.stage in _WINDING:
-            points = [alone.pack({effect.name: p}) for p in effect.starting_points(ranges_of(model))]
+            points = [alone.pack({effect.name: p}) for p in effect.starting_points(ranges_of(model.records))]
             again += [np.concatenate([fit.theta, point]) for point in points]
             if effect.stage is Stage.TEMPERATURE:
                 cold = _without_temperature(fit)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from mrctl.discover.race import HEAT, HEAT_TOLERANCE
 from mrctl.discover.screen import Look, Screen, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint import JointModel
 from mrctl.identify.parallel import in_parallel
 from mrctl.identify.penalties import weighed_as
 from mrctl.model.effects.base import Effect, Vector
@@ -22,7 +24,7 @@ KEPT = 0.5  # ... until one gives so much of what the glance at a few records pr
 
 def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely."""
-    ranges = ranges_of(tangent.fit.model)
+    ranges = ranges_of(tangent.fit.model.records)
     whole = float(tangent.residual @ tangent.residual)
 
     parts = [tangent.glance(effect) for effect in candidates]
@@ -66,24 +68,25 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
     """
     if effect.far is None:
         return None
-    fit = screen.tangent.fit
-    alone = Effects((effect,))
-    model = fit.model.with_effects(Effects((*fit.model.effects.chosen, effect)))
-    free = np.concatenate([fit.moving, alone.free()])
-    penalties = weighed_as(fit.penalties, model.penalties())
-    heats = [
-        model.fit(
-            np.concatenate([fit.theta, alone.pack({effect.name: effect.within(point)})]),
-            penalties=penalties,
-            free=free,
-            rounds=1,
-            iterations=HEAT,
-            tolerance=HEAT_TOLERANCE,
-        )
-        for point in effect.far(screen.ranges)
-    ]
-    best = min(heats, key=lambda heat: heat.total)
-    if best.total >= fit.total:
+    fit, few = screen.tangent.fit, screen.tangent.few(effect)
+    alone, effects = Effects((effect,)), Effects((*fit.model.effects.chosen, effect))
+    model = fit.model.with_effects(effects)
+    heat = partial(
+        JointModel.fit,
+        penalties=weighed_as(fit.penalties, model.penalties()),
+        free=np.concatenate([fit.moving, alone.free()]),
+        rounds=1,
+        iterations=HEAT,
+        tolerance=HEAT_TOLERANCE,
+    )
+    points = [alone.pack({effect.name: effect.within(point)}) for point in effect.far(screen.ranges)]
+    heats = [heat(few.with_effects(effects), np.concatenate([fit.theta, point])) for point in points]
+    best = min(heats, key=lambda one: one.total)
+    if best.total >= replace(fit, model=few).total:
         return None
+    if few is not fit.model:
+        best = heat(model, best.theta)
+        if best.total >= fit.total:
+            return None
     look = screen.at(effect, best.effect_values[effect.name])
     return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])

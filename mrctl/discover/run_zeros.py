@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 
 FEWEST_RUNS = 3
 CHANCE = 1e-4  # that runs of one zero differ so
-LARGEST = 0.01  # of the largest force: no load cell wanders further, and the model is wrong
+LARGEST = 0.01  # of the largest force: no load cell wanders further, and the model is wrong, ...
+MANY_RUNS, MOST_SPREAD = 12, 0.015  # ... but in so many runs, which show that no rule is in it, this in RMS
 FULL_SCALE = 0.995  # quantile of the absolute force that counts as the largest
 BY_CONDITION = 0.01  # chance that zeros go with a condition of the runs as they do; less is physics
 # Ranges over the runs that are no condition.
@@ -44,8 +45,11 @@ def run_zeros(errors: Sequence[Array], records: Sequence[Record], before_n: Arra
     apart = means - middle
     if chi2.sf(float(np.sum((apart / np.maximum(doubts, 1e-12)) ** 2)), len(errors) - 1) > CHANCE:
         return none
-    most = LARGEST * max(float(np.quantile(np.abs(r.force_n), FULL_SCALE)) for r in records)
-    if float(np.max(np.abs(apart))) > most or _by_a_condition(apart, records):
+    share = apart / max(float(np.quantile(np.abs(r.force_n), FULL_SCALE)) for r in records)
+    wild = float(np.max(np.abs(share))) > LARGEST
+    if wild and (share.size < MANY_RUNS or float(np.sqrt(np.mean(share**2))) > MOST_SPREAD):
+        return none
+    if _by_a_condition(apart, records):
         return none
     # As many zeros as there are runs have a mean of their own.
     own = abs(middle) < COMMON * float(apart.std(ddof=1)) / np.sqrt(len(errors))

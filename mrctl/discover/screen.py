@@ -6,6 +6,7 @@ state, not a regressor. Full joint fits come after, for the few candidates that 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from scipy.optimize import lsq_linear
 
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.joint import JointModel
+from mrctl.identify.records import Record
 from mrctl.model.effects.base import Effect, Ranges, Vector
 
 Array = NDArray[np.float64]
@@ -50,9 +51,8 @@ class Look:
     free: NDArray[np.bool_]  # which parameters this data can move: not those held, nor those absorbed
 
 
-def ranges_of(model: JointModel) -> Ranges:
+def ranges_of(r: Sequence[Record]) -> Ranges:
     """The largest absolute values in the records."""
-    r = model.records
     return Ranges(
         max(float(np.max(np.abs(one.displacement_m))) for one in r),
         max(float(np.max(np.abs(one.velocity_m_s))) for one in r),
@@ -69,7 +69,7 @@ class Screen:
     def __init__(self, tangent: Tangent, ranges: Ranges | None = None) -> None:
         self.tangent = tangent
         self.base = tangent.fit.model
-        self.ranges = ranges_of(self.base) if ranges is None else ranges
+        self.ranges = ranges_of(self.base.records) if ranges is None else ranges
         self.here = tangent.stacked(self.base.predict(tangent.fit.theta))
 
     def glance(self, effect: Effect) -> list[tuple[float, Vector]]:

@@ -115,7 +115,7 @@ def search_level(
                 trials = [t for t in trials if t is not same] + [trial]
         done("a second opinion")
     before, trials = _levelled(before, trials, folds)
-    reach = ranges_of(before.fit.model)
+    reach = ranges_of(before.fit.model.records)
     trials = [
         t
         for t in trials

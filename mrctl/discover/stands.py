@@ -57,7 +57,7 @@ def retimed(
     if not timed:
         return evidence, final, stands
     anew, there = evidence.retimed(final)
-    reach = ranges_of(there.fit.model)
+    reach = ranges_of(there.fit.model.records)
     values = there.fit.effect_values
     gone = [e.name for e in timed if e.plausible is not None and not e.plausible(values[e.name], reach)]
     if not gone:

@@ -30,12 +30,12 @@ def left(means: np.ndarray, noise_n: float = 5.0) -> list[np.ndarray]:
     return [m + noise_n * rng.standard_normal(4000) for m in means]
 
 
-def driven(count: int = 6) -> list[Record]:
+def driven(count: int = 6, currents_a: np.ndarray = CURRENTS_A) -> list[Record]:
     """Runs of +-1 kN at rising currents, at one temperature."""
     wave, steady = np.array([-1.0, 1.0]), np.ones(2)
     return [
         Record(k, RATE_HZ, wave, i * steady, 20.0 * steady, 1e3 * wave, wave, wave)
-        for k, i in enumerate(CURRENTS_A[:count])
+        for k, i in enumerate(currents_a[:count])
     ]
 
 
@@ -52,6 +52,14 @@ def test_an_offset_of_all_runs_is_an_effect_and_stays():
 def test_zeros_taken_already_count():
     zeros = run_zeros(left(np.zeros(6)), driven(), SPREAD_N)
     assert zeros == pytest.approx(SPREAD_N, abs=0.4)
+
+
+@pytest.mark.parametrize(("size", "taken"), [(10.0, True), (30.0, False)])
+def test_of_many_runs_a_few_may_have_far_zeros(size, taken):
+    """Their spread is 1 % of the force, and the farthest 3 %; or 3 %, which no rig has."""
+    means = size * np.random.default_rng(3).permutation([*np.linspace(-1.0, 1.0, 15), 3.0])
+    zeros = run_zeros(left(means), driven(16, np.tile([0.0, 1.0, 2.0, 1.0], 4)), np.zeros(16))
+    assert zeros == pytest.approx(means if taken else 0.0, abs=0.4)
 
 
 @pytest.mark.parametrize(

@@ -65,3 +65,51 @@ def test_a_part_of_the_truth_must_help_with_motions_left_out(monkeypatch, unseen
     result = extend(one_frequency({FIRST: spring}), (), added, falling=True, unseen=unseen)
     assert result.effects == kept
     assert result.refused == refused
+
+
+class _Named(_Motions):
+    """Stands for fits without a motion: the error on it hangs on the last effect's name."""
+
+    errors: dict
+
+    def __init__(self, error=10.0):
+        super().__init__()
+        self.error = error
+
+    def with_one_more(self, chosen, _values, _free):
+        return _Named(self.errors[chosen[-1].name])
+
+    def foretells_better_than(self, other):
+        return self.error < other.error
+
+
+@pytest.mark.parametrize(
+    ("errors", "kept", "refused"),
+    [
+        ({FIRST: 8.0, SECOND: 9.0}, (FIRST,), ()),
+        ({FIRST: 9.0, SECOND: 8.0}, (SECOND,), ()),
+        ({FIRST: 11.0, SECOND: 9.0}, (SECOND,), ()),
+        ({FIRST: 11.0, SECOND: 12.0}, (), (FIRST,)),
+    ],
+)
+def test_of_rivals_the_one_is_taken_that_foretells_motions_best(monkeypatch, errors, kept, refused):
+    monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
+    monkeypatch.setattr(module.Unseen, "of", lambda *_: _Named())
+    monkeypatch.setattr(_Named, "errors", errors, raising=False)
+    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+    first, second = (effects()[name] for name in (FIRST, SECOND))
+    result = extend(
+        one_frequency({FIRST: spring}), (), [first], falling=True, unseen={FIRST, SECOND},
+        instead={FIRST: [second]},
+    )  # fmt: skip
+    assert result.effects == kept
+    assert result.refused == refused
+
+
+def test_a_rival_that_is_in_the_model_already_is_not_added_twice(monkeypatch):
+    monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
+    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+    first, second = (effects()[name] for name in (FIRST, SECOND))
+    instead = {FIRST: [second], SECOND: [first]}
+    result = extend(one_frequency({FIRST: spring}), (), [first, second], falling=True, instead=instead)
+    assert result.effects == (FIRST, SECOND)

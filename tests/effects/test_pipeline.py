@@ -115,7 +115,7 @@ def test_a_reset_pipeline_starts_as_a_new_one():
         ({"gas_sprin": {}}, "there is no effect gas_sprin; there are "),
         ({"force_offset": {}}, "force_offset: offset_n is missing"),
         ({"force_offset": {"offset_n": 1.0, "more": 1.0}}, "unknown parameter more"),
-        ({"fluid_inertia": {"mass_kg": -1.0}}, "mass_kg = -1 is outside 0 to 500 kg"),
+        ({"fluid_inertia": {"mass_kg": -1.0}}, "mass_kg = -1 is outside 0 to 50000 kg"),
         ({"fluid_inertia": {"mass_kg": float("nan")}}, "mass_kg = nan is outside"),
     ],
 )

@@ -114,6 +114,9 @@ CONDITIONS = frozenset(
 )  # fmt: skip
 """Over which a diagnosis asks whether a found effect has one size."""
 
+FORCES = frozenset({"N", "kg", "J", "W", "Pa"})  # units of what a larger damper has more of
+ANY_SIZE = 100.0  # times the bounds that are for a usual damper
+
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
@@ -122,7 +125,8 @@ class Parameter:
     `neutral` together with the other neutral values makes the effect vanish exactly. `typical` is where
     a fit starts and `scale` how large a change is of interest there. A fit leaves a `held` parameter at
     its typical value unless asked. The force is `linear` in it when all else is fixed. Where a calibration
-    leaves an `optional` one out, it is neutral. An `endless` one's upper bound stands for none.
+    leaves an `optional` one out, it is neutral. An `endless` one's upper bound stands for none. Where
+    a unit counts in newtons, bounds are those in a damper of a usual size (`size.sized`).
     """
 
     name: str
@@ -142,6 +146,22 @@ class Parameter:
     def step_scale(self) -> float:
         """The magnitude of a change that matters, for optimisers; never 0."""
         return self.scale or abs(self.typical) or (self.high - self.low)
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """From where to where it may lie in a damper of any size: what counts in newtons goes with that."""
+        if not force_power(self.unit):
+            return self.low, self.high
+        return (
+            self.low * (ANY_SIZE if self.low < 0.0 else 1.0 / ANY_SIZE),
+            self.high * (ANY_SIZE if self.high > 0.0 else 1.0 / ANY_SIZE),
+        )
+
+
+def force_power(unit: str) -> int:
+    """How often a unit counts in newtons: 1 for N, N*s/m or kg, -1 for m/N or K/J, 0 for s or 1/K."""
+    over, *under = (part.split("*") for part in unit.split("/"))
+    return sum(f in FORCES for f in over) - sum(f in FORCES for part in under for f in part)
 
 
 FORCE_LAG = Parameter(
@@ -245,10 +265,12 @@ class Effect:
         for parameter in self.parameters:
             if parameter.name not in values:
                 wrong.append(f"{parameter.name} is missing")
-            elif not parameter.low <= values[parameter.name] <= parameter.high:
+                continue
+            low, high = parameter.reach
+            if not low <= values[parameter.name] <= high:
                 wrong.append(
                     f"{parameter.name} = {values[parameter.name]:g} is outside "
-                    f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
+                    f"{low:g} to {high:g} {parameter.unit}"
                 )
         if wrong:
             raise EffectError(f"{self.name}: " + ", ".join(wrong))

@@ -26,7 +26,7 @@ from mrctl.model.effects.base import Effect, EffectError, Settings, Stage, Vecto
 
 GROUP = "mrctl.effects"
 VARIABLE = "MRCTL_EFFECTS"
-NOT_EFFECTS = frozenset({"base", "card", "registry"})
+NOT_EFFECTS = frozenset({"base", "card", "registry", "size"})
 
 # What running someone else's file can raise; each is told with the file's name.
 BROKEN = (
