@@ -15,7 +15,7 @@ from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.parallel import in_parallel
 from mrctl.identify.penalties import weighed_as
-from mrctl.model.effects.base import Effect, Vector
+from mrctl.model.effects.base import Effect, Stage, Vector
 
 CLIMBED = 7
 STARTS = 3  # from which an effect is looked at closely, ...
@@ -64,28 +64,31 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
 
     A damper behind a dashpot yields at a speed in proportion to its force. A base without it has the mean of
     its knees in g; from there each small step towards a dashpot makes matters worse, until g is as sharp as
-    behind one. No tangent shows that.
+    behind one. No tangent shows that. Nor that of a base which has a friction's knee in its g.
     """
     if effect.far is None:
         return None
     fit, few = screen.tangent.fit, screen.tangent.few(effect)
     alone, effects = Effects((effect,)), Effects((*fit.model.effects.chosen, effect))
     model = fit.model.with_effects(effects)
+    joint, beside = (np.concatenate([fit.moving, own]) for own in (alone.free(), np.zeros(alone.size, bool)))
     heat = partial(
         JointModel.fit,
         penalties=weighed_as(fit.penalties, model.penalties()),
-        free=np.concatenate([fit.moving, alone.free()]),
         rounds=1,
         iterations=HEAT,
         tolerance=HEAT_TOLERANCE,
     )
+    own = few.with_effects(effects)
     points = [alone.pack({effect.name: effect.within(point)}) for point in effect.far(screen.ranges)]
-    heats = [heat(few.with_effects(effects), np.concatenate([fit.theta, point])) for point in points]
-    best = min(heats, key=lambda one: one.total)
+    starts = [np.concatenate([fit.theta, point]) for point in points]
+    if effect.stage is Stage.ADDITIVE:  # whose force is known: the base settles beside it first
+        starts = [heat(own, start, free=beside).theta for start in starts]
+    best = min((heat(own, start, free=joint) for start in starts), key=lambda one: one.total)
     if best.total >= replace(fit, model=few).total:
         return None
     if few is not fit.model:
-        best = heat(model, best.theta)
+        best = heat(model, best.theta, free=joint)
         if best.total >= fit.total:
             return None
     look = screen.at(effect, best.effect_values[effect.name])

@@ -47,6 +47,11 @@ def _guesses(_: Ranges) -> list[Vector]:
     return [(50.0, 1e-4, 0.0, SLOW_M_S), (50.0, 1e-4, 0.3, SLOW_M_S)]
 
 
+def _far(ranges: Ranges) -> list[Vector]:
+    """A fair part of the force, which a base without it has in its g as a knee."""
+    return [(0.3 * ranges.force_n, presliding_m, 0.0, SLOW_M_S) for presliding_m in (2e-4, 1e-3)]
+
+
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
     return {"presliding stiffness": (p[0] / p[1], "N/m")}
 
@@ -92,5 +97,6 @@ EFFECT = Effect(
     start=start,
     states=("share of the sliding force, -1 to 1",),
     guesses=_guesses,
+    far=_far,
     derived=_derived,
 )
