@@ -184,6 +184,18 @@ def test_a_unit_that_a_person_stated_is_believed(tmp_path):
     assert "kept" in str(findings[0])
 
 
+@pytest.mark.parametrize(
+    ("weak_n", "strong_n", "errors"), [(8.0, 90.0, 0), (8.0, 9.0, 2), (2.3, 2300.0, 1), (8.0, 1500.0, 1)]
+)
+def test_a_weak_run_is_in_kilonewtons_unless_another_shows_a_weak_damper(weak_n, strong_n, errors):
+    motion = sine()
+    unit = damper_force(motion) / np.max(np.abs(damper_force(motion)))
+    runs = tuple(run_of(motion.v, size * unit, name=f"{k}.csv") for k, size in enumerate((weak_n, strong_n)))
+    findings = check_campaign(Campaign(Path("weak"), runs, "0" * 64))
+    assert [finding.level for finding in findings] == ["error"] * errors
+    assert all("is it in kN?" in str(finding) for finding in findings)
+
+
 def test_runs_without_force_or_current_are_judged_by_what_they_have(tmp_path):
     path = write_csv(tmp_path / "v.csv", rows()[:, [0, 1, 3]], header="time_s,velocity_m_s,temperature_C")
     assert check_run(load_run(path, need_force=False, need_current=False)) == []

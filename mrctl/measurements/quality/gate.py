@@ -6,6 +6,8 @@ import hashlib
 from collections.abc import Iterable
 from dataclasses import replace
 
+import numpy as np
+
 from mrctl.errors import InputError, Problem
 from mrctl.measurements.quality.clock import check_clock, check_motion
 from mrctl.measurements.quality.delay import check_delay, common_delay
@@ -31,7 +33,8 @@ def check_run(run: Run) -> list[Finding]:
 def check_campaign(campaign: Campaign) -> list[Finding]:
     """The findings of all runs, and those that only a whole campaign shows; errors first."""
     runs = campaign.runs
-    findings = [finding for run in runs for finding in _check(run)]
+    strongest_n = max((float(np.max(np.abs(run.force_n))) for run in runs if run.has_force), default=0.0)
+    findings = [finding for run in runs for finding in _check(run, strongest_n)]
     findings += _twins(runs)
     if not any(finding.level == "error" for finding in findings):
         common = common_delay(runs)
@@ -42,12 +45,12 @@ def check_campaign(campaign: Campaign) -> list[Finding]:
     return _errors_first(findings)
 
 
-def _check(run: Run) -> list[Finding]:
-    """All but the delay, which a campaign may know better than a run."""
+def _check(run: Run, strongest_n: float = 0.0) -> list[Finding]:
+    """All but the delay, which a campaign may know better than a run; strongest_n: its largest force."""
     findings = list(check_clock(run))
     if findings:
         return findings
-    units = dict(check_units(run))
+    units = dict(check_units(run, strongest_n))
     findings += units.values()
     wrong = {attribute for attribute, finding in units.items() if finding.level == "error"}
     moving = not wrong & {"time_s", "velocity_m_s"}

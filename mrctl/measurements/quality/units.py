@@ -2,7 +2,8 @@
 
 A damper moves by less than 1.5 m and 10 m/s (seismic dampers have strokes of 1.2 m, drop towers reach 6 m/s);
 its seals and oil do not outlive 150 degC; MR coils take up to about 10 A; the largest MR dampers give some
-400 kN, and one of less than 10 N at a speed worth measuring is more likely written in kN.
+400 kN, and one of less than 10 N at a speed worth measuring is more likely written in kN, unless others of
+its runs show how weak it is.
 """
 
 from __future__ import annotations
@@ -22,15 +23,16 @@ MAX_TEMPERATURE_C, MIN_TEMPERATURE_C, KELVIN_C = 150.0, -60.0, 220.0
 MAX_CURRENT_A = 20.0
 NOISE_CURRENT_A = 0.05
 MAX_FORCE_N, MIN_FORCE_N = 1e6, 10.0
+WEAK = 0.01  # of the strongest run: no current and a slow motion make no less, kN for N do
 WORTH_M_S = 0.02
 SLOW_RATE_HZ = 10.0
 
 _MEND = "convert it, or say its unit with --columns MAP.yaml"
 
 
-def check_units(run: Run) -> Iterator[tuple[str, Finding]]:
-    """Channels whose numbers cannot be SI, each with its finding."""
-    for attribute, finding in (*_motion(run), *_force(run), *_current(run), *_temperature(run)):
+def check_units(run: Run, strongest_n: float = 0.0) -> Iterator[tuple[str, Finding]]:
+    """Channels whose numbers cannot be SI, each with its finding; strongest_n: a force of another run."""
+    for attribute, finding in (*_motion(run), *_force(run, strongest_n), *_current(run), *_temperature(run)):
         if attribute in run.declared:
             yield (
                 attribute,
@@ -61,12 +63,14 @@ def _motion(run: Run) -> Iterator[tuple[str, Finding]]:
         yield "displacement_m", error(run, at, f"displacement_m spans {stroke:.4g}: is it in mm?", _MEND)
 
 
-def _force(run: Run) -> Iterator[tuple[str, Finding]]:
+def _force(run: Run, strongest_n: float) -> Iterator[tuple[str, Finding]]:
     if not run.has_force:
         return
     peak, at = _peak(run.force_n)
     if peak > MAX_FORCE_N:
         yield "force_n", error(run, at, f"force_N reaches {peak:.4g}: is it in mN?", _MEND)
+    elif 0 < peak < MIN_FORCE_N and strongest_n >= MIN_FORCE_N and peak > WEAK * strongest_n:
+        return
     elif 0 < peak < MIN_FORCE_N and _peak(run.velocity_m_s)[0] > WORTH_M_S:
         yield "force_n", error(run, at, f"force_N stays within {peak:.4g}: is it in kN?", _MEND)
     elif peak == 0:
