@@ -27,8 +27,8 @@ class Discovery:
 def discover(campaign: Campaign, report: Report = lambda _share, _what: None) -> Discovery:
     """Find the effects that this data bears out, add them one by one, and say what remains.
 
-    Of effects that this campaign cannot tell apart the one that foretells motions left out best is added, if
-    any does; which it is, the next run decides. So are those that explain a part only, and the rest
+    Of effects that this campaign cannot tell apart the one that foretells best what is left out is added, if
+    any does; which it is, the next run decides. So it is with those that explain a part only, and the rest
     is called unexplained. A campaign of too few motions adds no effect that has rivals.
     """
     found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what))
@@ -37,8 +37,8 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
     moves = motion_parts(found.evidence.measured) is not None
     taken = [one for one in found.found if part_only or moves or not one.rivals]
     rivals = {one.trial.effect.name: [known[r.name] for r in one.rivals] for one in taken}
-    doubted = {name for name, others in rivals.items() if part_only or others}
-    doubted |= {other.name for others in rivals.values() for other in others}
+    others = {one.trial.effect.name: one.others for one in taken} if part_only else rivals
+    doubted = {name for name, own in rivals.items() if part_only or own}
     fit = found.final.fit
     values = {one.trial.effect.name: fit.effect_values[one.trial.effect.name] for one in taken}
     free = {one.trial.effect.name: one.trial.look.free.tolist() for one in taken}
@@ -52,7 +52,7 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         found.evidence,
         falling=True,
         unseen=doubted,
-        instead=rivals,
+        instead=others,
     )
     verdict = "none" if found.verdict == "found" else found.verdict
     if extension.refused and verdict == "none":
@@ -62,11 +62,11 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         "ambiguous": "What is left could be one of several effects; see the next run.",
         "unexplained": "What is left is explained by no known effect.",
     }[verdict]
-    for name, others in rivals.items() if verdict == "ambiguous" else []:
-        alike = [name, *(other.name for other in others)] if others else []
+    for name, own in rivals.items() if verdict == "ambiguous" else []:
+        alike = [name, *(other.name for other in own)] if own else []
         for added in [one for one in alike if one in extension.effects][:1]:
             rest = " or ".join(one for one in alike if one != added)
-            words += f" {added} is added, which foretells motions left out best; it may be {rest}."
+            words += f" {added} is added, which foretells best what is left out; it may be {rest}."
     if extension.refused:
         names = ", ".join(extension.refused)
         words += f" Not added, since runs or motions that were left out are predicted worse with it: {names}."

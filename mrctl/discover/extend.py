@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -68,7 +68,9 @@ def extend(
     values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it; without
     one it is made here. falling: leave away those with which the error on the runs left out rises; unseen: of
     these names also those with which that on motions left out does, as must be asked of effects that are only
-    a part of the truth, or one of several.
+    a part of the truth, or one of several. instead: by such an effect's name others that may stand in its
+    place: of all of them, and of the places where fits of it may end, the best on the runs left out is taken,
+    and of those alike there the best on motions left out.
 
     Raises InputError for a campaign without a usable run, ValueError where the filter found cannot be carried
     to the loop's rates.
@@ -81,20 +83,21 @@ def extend(
     parts = split(campaign, thinned(measured.full), records)
     report(0.0, ", ".join(e.name for e in known) or "base model")
     first = fitted(parts.training, known, {e.name: given.get(e.name, e.typical) for e in known}, free=free)
-    motions = Unseen.of(records, thinned(measured.full), known, given, free) if unseen and added else None
-    here = before = _Model(tuple(known), first, parts, motions, given, free)
+
+    def motions() -> Unseen | None:
+        return Unseen.of(records, thinned(measured.full), known, given, free) if unseen else None
+
+    here = before = _Model(tuple(known), first, parts, free, motions)
     steps, refused = [(_names(known), here.error_n)], []
     for count, effect in enumerate(added, 1):
-        better: _Model | None = None
-        for one in (effect, *others.get(effect.name, ())):
-            if one.name in _names(here.chosen):
-                continue
-            report(count / (len(added) + 2), ", ".join(_names((*here.chosen, one))))
-            more = here.with_one_more(one)
-            if falling and not more.bears_out(here, told=one.name in unseen):
-                continue
-            if better is None or more.foretells_better_than(better):
-                better = more
+        report(count / (len(added) + 2), ", ".join(_names((*here.chosen, effect))))
+        told = effect.name in unseen
+        ways = [(effect, given.get(effect.name))]
+        if told:  # from where a fit of it begins decides where it ends, as its rivals do
+            ways += [(one, None) for one in (effect, *others.get(effect.name, ()))]
+        models = [here.with_one_more(*way) for way in ways if way[0].name not in _names(here.chosen)]
+        sound = (one for one in _best_first(models) if not falling or one.bears_out(here, told=told))
+        better = next(sound, None)
         if better is None:
             refused.append(effect.name)
             continue
@@ -119,43 +122,61 @@ def extend(
 
 @dataclass(frozen=True, eq=False)
 class _Model:
-    """A model fitted without the runs left out, and without each of the motions if they are asked."""
+    """A model fitted without the runs left out, and without each of the motions when they are asked."""
 
     chosen: tuple[Effect, ...]
     fit: JointFit
     parts: Split
-    motions: Unseen | None
-    values: Mapping[str, Vector]
     free: Mapping[str, Sequence[bool]] | None
+    motions_of: Callable[[], Unseen | None]
 
     @cached_property
     def error_n(self) -> float:
         """On the runs left out."""
         return error_on(self.fit, self.parts.held_out, self.parts.begins)
 
-    def with_one_more(self, effect: Effect) -> _Model:
-        """The same with one more effect."""
+    @cached_property
+    def motions(self) -> Unseen | None:
+        """The fits without each of the motions; None where they are not asked."""
+        return self.motions_of()
+
+    def with_one_more(self, effect: Effect, values: Vector | None) -> _Model:
+        """The same with one more effect, begun at values or where a look finds most."""
         chosen = (*self.chosen, effect)
-        fit = one_more(self.fit, self.parts.training, chosen, self.values, self.free)
-        motions = self.motions and self.motions.with_one_more(chosen, self.values, self.free)
-        return replace(self, chosen=chosen, fit=fit, motions=motions)
+        given = {} if values is None else {effect.name: values}
+        fit = one_more(self.fit, self.parts.training, chosen, given, self.free)
+
+        def motions() -> Unseen | None:
+            return self.motions and self.motions.with_one_more(chosen, given, self.free)
+
+        return _Model(chosen, fit, self.parts, self.free, motions)
 
     def bears_out(self, before: _Model, *, told: bool) -> bool:
         """Whether the runs left out bear its last effect out; told: and motions left out, where asked."""
-        apart = scatters(self.fit)
-        errors = [
-            error_on(one.fit, self.parts.held_out, self.parts.begins, scaled=True) if apart else one.error_n
-            for one in (before, self)
-        ]
-        if errors[1] > WORSE * errors[0]:
-            return False
-        return not told or self.foretells_better_than(before) is not False
+        errors = [one.error_n for one in (before, self)]
+        if scatters(self.fit):
+            left = self.parts.held_out, self.parts.begins
+            errors = [error_on(one.fit, *left, scaled=True) for one in (before, self)]
+        return errors[1] <= WORSE * errors[0] and not (told and self.foretells_better_than(before) is False)
 
     def foretells_better_than(self, other: _Model) -> bool | None:
         """Whether it predicts motions left out better; None where none were left out."""
         if self.motions is None or other.motions is None:
             return None
         return self.motions.foretells_better_than(other.motions)
+
+
+def _best_first(models: Sequence[_Model]) -> Iterator[_Model]:
+    """Models in the order in which they predict runs left out; of those alike, as they foretell motions."""
+    rest = list(models)
+    while rest:
+        least = min(one.error_n for one in rest)
+        best, *alike = (one for one in rest if one.error_n < WORSE * least)
+        for one in alike:
+            if one.foretells_better_than(best):
+                best = one
+        yield best
+        rest = [one for one in rest if one is not best]
 
 
 def _names(chosen: Sequence[Effect]) -> tuple[str, ...]:

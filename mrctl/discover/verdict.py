@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,11 +18,13 @@ from mrctl.identify.joint_fit import half_width_95
 from mrctl.model.effects.base import Effect, Vector
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
-EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
+EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing, ...
+SMALL_PART = 0.8  # ... which is so certain where it is less than this that none is tried without the others
 NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it
 FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
 MANY_FOLDS = 4
 OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
+NEARLY_AS_GOOD, MOST_OTHERS = 0.7, 2  # of the gain of an effect found, and how many such others are kept
 NAMING = ("found", "ambiguous")  # verdicts that name effects
 
 
@@ -32,6 +34,7 @@ class Found:
 
     trial: Trial
     rivals: list[Rival]
+    others: list[Effect] = field(default_factory=list)  # that took nearly as much at its place, best first
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +89,13 @@ class Judged:
         return replace(self, verdict="unexplained", effects=())
 
 
+def explains_little(evidence: Evidence, base: Proof, final: Proof) -> bool:
+    """Whether a model's effects are so small a part of what is missing that none of them will be named."""
+    balance = balance_of(evidence, final, structure_of(final.fit, evidence.folds))
+    taken = base.mean_square - final.mean_square
+    return taken < SMALL_PART * (taken + balance.left)
+
+
 def judged_by(
     evidence: Evidence,
     base: Proof,
@@ -100,10 +110,24 @@ def judged_by(
     left = structure_of(final.fit, evidence.folds)
     balance = balance_of(evidence, final, left)
     removable = max(known_n2, base.mean_square - final.mean_square + balance.left)
-    found = [Found(trial, rivals_of(trial, level, cleared=balance.cleared)) for trial, level in stands]
+    found = [
+        Found(trial, rivals_of(trial, level, cleared=balance.cleared), _nearly_as_good(trial, level))
+        for trial, level in stands
+    ]
     cleared = balance.cleared and not known_n2
     verdict, effects = _verdict(base, final, found, removable, cleared=cleared)
     return Judged(final, stands, left, balance, found, removable, verdict, effects)
+
+
+def _nearly_as_good(chosen: Trial, level: Level) -> list[Effect]:
+    """The effects that took most of what the chosen one did, and were true held out."""
+    return [
+        t.effect
+        for t in level.trials
+        if t.effect.name != chosen.effect.name
+        and t.gain > NEARLY_AS_GOOD * chosen.gain
+        and t.proof.predicts_better_than(level.before)
+    ][:MOST_OTHERS]
 
 
 def _verdict(

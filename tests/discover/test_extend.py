@@ -84,16 +84,24 @@ class _Named(_Motions):
 
 
 @pytest.mark.parametrize(
-    ("errors", "kept", "refused"),
+    ("errors", "runs", "kept", "refused"),
     [
-        ({FIRST: 8.0, SECOND: 9.0}, (FIRST,), ()),
-        ({FIRST: 9.0, SECOND: 8.0}, (SECOND,), ()),
-        ({FIRST: 11.0, SECOND: 9.0}, (SECOND,), ()),
-        ({FIRST: 11.0, SECOND: 12.0}, (), (FIRST,)),
+        ({FIRST: 8.0, SECOND: 9.0}, {}, (FIRST,), ()),
+        ({FIRST: 9.0, SECOND: 8.0}, {}, (SECOND,), ()),
+        ({FIRST: 11.0, SECOND: 9.0}, {}, (SECOND,), ()),
+        ({FIRST: 11.0, SECOND: 12.0}, {}, (), (FIRST,)),
+        ({FIRST: 8.0, SECOND: 9.0}, {SECOND: 50.0}, (SECOND,), ()),
+        ({FIRST: 8.0, SECOND: 11.0}, {SECOND: 50.0}, (FIRST,), ()),
+        ({FIRST: 11.0, SECOND: 9.0}, {SECOND: 110.0}, (), (FIRST,)),
     ],
 )
-def test_of_rivals_the_one_is_taken_that_foretells_motions_best(monkeypatch, errors, kept, refused):
-    monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
+def test_of_rivals_the_one_is_taken_that_foretells_best(monkeypatch, errors, runs, kept, refused):
+    """errors: on motions left out, 10 without either; runs: on runs left out, 100 without and else 99."""
+
+    def error_on(fit, *_, **_scaled):
+        return next((runs.get(e.name, 99.0) for e in fit.model.effects.chosen), 100.0)
+
+    monkeypatch.setattr(module, "error_on", error_on)
     monkeypatch.setattr(module.Unseen, "of", lambda *_: _Named())
     monkeypatch.setattr(_Named, "errors", errors, raising=False)
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
