@@ -94,7 +94,8 @@ def _parameter_text(p: Parameter) -> list[str]:
     held = ", held unless asked for" if p.held else ""
     numbers = f"{p.low:g} to {p.high:g}{unit}, neutral {p.neutral:g}, usual {p.typical:g}"
     if force_power(p.unit):
-        numbers += f" (in a damper of {SMALLEST_N:g} to {LARGEST_N:g} N; else in proportion)"
+        way = "in" if force_power(p.unit) > 0 else "in inverse"
+        numbers += f" (for {SMALLEST_N:g} to {LARGEST_N:g} N of force; else {way} proportion)"
     return _wrapped(f"{p.name}: {p.help}; {numbers}{held}", "    ")
 
 

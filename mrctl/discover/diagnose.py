@@ -22,7 +22,7 @@ from mrctl.discover.rivals import simplest
 from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.stands import confirmed, constant, retimed
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.verdict import NAMING, Balance, Found, explains_little, judged_by
+from mrctl.discover.verdict import NAMING, Balance, Found, judged_by
 from mrctl.discover.worth import accepted, matters
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
@@ -102,10 +102,10 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     report(0.3, "candidates")
     levels, found, last = _search(evidence, base, candidates, report)
     base, final = levels[0].before, levels[-1].before  # in the best valleys that the search came by
-    untestable |= why_own(final, [t.effect.name for t, _ in found], known)
-    stands = found
-    if found and not (len(found) == 1 and last) and not explains_little(evidence, base, final):
-        stands, final = confirmed(evidence, candidates, [t.effect for t, _ in found], final, last)
+    untestable |= why_own(final, [t.effect.name for t in found], known)
+    stands = [(found[0], last)] if len(found) == 1 and last is not None else []
+    if found and not stands:
+        stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
     searched = evidence
     evidence, final, stands = retimed(evidence, final, stands)
     evidence, final = evidence.rezeroed(final)
@@ -147,10 +147,10 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
 
 def _search(
     evidence: Evidence, base: Proof, candidates: list[Effect], report: Report
-) -> tuple[list[Level], list[tuple[Trial, Level]], Level | None]:
-    """The rounds, the effects found with theirs, and that of the last; None where it took one's place."""
+) -> tuple[list[Level], list[Trial], Level | None]:
+    """The rounds, the effects found, and the round in which the last was; None where it took one's place."""
     here = base
-    found: list[tuple[Trial, Level]] = []
+    found: list[Trial] = []
     levels: list[Level] = []
     last: Level | None = None
     gone: set[str] = set()
@@ -164,7 +164,7 @@ def _search(
             level = search_level(level.before, rest, evidence.folds)
             good = [t for t in level.trials if accepted(t, level.before, len(rest))]
         levels.append(level)
-        report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t, _ in found) or "one effect")
+        report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
         here = level.before
         best = _best(evidence, level, good)
         if best is None or number == most:
@@ -175,19 +175,15 @@ def _search(
                 levels.clear()  # the base is another
             continue
         if found and not matters(evidence, base, here, best):
-            instead = (
-                None
-                if best.effect.name in gone
-                else exchanged(here, best, [t for t, _ in found], evidence.folds)
-            )
+            instead = None if best.effect.name in gone else exchanged(here, best, found, evidence.folds)
             if instead is None:
                 break
             here, needless = settled(instead[0], evidence.folds), instead[1]
             gone.add(needless.effect.name)
-            found, last = [*(one for one in found if one[0] is not needless), (best, level)], None
+            found, last = [*(t for t in found if t is not needless), best], None
             continue
         here, last = settled(best.proof, evidence.folds), level
-        found.append((best, level))
+        found.append(best)
     return levels, found, last
 
 

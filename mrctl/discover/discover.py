@@ -36,9 +36,11 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
     known = effects()
     moves = motion_parts(found.evidence.measured) is not None
     taken = [one for one in found.found if part_only or moves or not one.rivals]
-    rivals = {one.trial.effect.name: [known[r.name] for r in one.rivals] for one in taken}
-    others = {one.trial.effect.name: one.others for one in taken} if part_only else rivals
-    doubted = {name for name, own in rivals.items() if part_only or own}
+    places = {one.trial.effect.name: one for one in taken}
+    rivals = {name: [known[r.name] for r in one.rivals] for name, one in places.items()}
+    others = {name: one.others if part_only else rivals[name] for name, one in places.items()}
+    others = {name: [o for o in some if o.name not in places] for name, some in others.items()}
+    doubted = {name for name in places if part_only or rivals[name]}
     fit = found.final.fit
     values = {one.trial.effect.name: fit.effect_values[one.trial.effect.name] for one in taken}
     free = {one.trial.effect.name: one.trial.look.free.tolist() for one in taken}
@@ -62,7 +64,7 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         "ambiguous": "What is left could be one of several effects; see the next run.",
         "unexplained": "What is left is explained by no known effect.",
     }[verdict]
-    for name, own in rivals.items() if verdict == "ambiguous" else []:
+    for name, own in others.items() if verdict == "ambiguous" else []:
         alike = [name, *(other.name for other in own)] if own else []
         for added in [one for one in alike if one in extension.effects][:1]:
             rest = " or ".join(one for one in alike if one != added)

@@ -90,6 +90,8 @@ def extend(
     here = before = _Model(tuple(known), first, parts, free, motions)
     steps, refused = [(_names(known), here.error_n)], []
     for count, effect in enumerate(added, 1):
+        if effect.name in _names(here.chosen):  # in another's place
+            continue
         report(count / (len(added) + 2), ", ".join(_names((*here.chosen, effect))))
         told = effect.name in unseen
         ways = [(effect, given.get(effect.name))]
@@ -167,11 +169,14 @@ class _Model:
 
 
 def _best_first(models: Sequence[_Model]) -> Iterator[_Model]:
-    """Models in the order in which they predict runs left out; of those alike, as they foretell motions."""
-    rest = list(models)
+    """Models in the order in which they predict runs left out; of those alike, as they foretell motions.
+
+    As measured, whatever the runs' own scales: it is the same runs for all, and the level counts.
+    """
+    rest = [one for one in models if np.isfinite(one.error_n)]
     while rest:
         least = min(one.error_n for one in rest)
-        best, *alike = (one for one in rest if one.error_n < WORSE * least)
+        best, *alike = (one for one in rest if one.error_n <= WORSE * least)
         for one in alike:
             if one.foretells_better_than(best):
                 best = one

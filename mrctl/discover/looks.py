@@ -66,7 +66,7 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
     its knees in g; from there each small step towards a dashpot makes matters worse, until g is as sharp as
     behind one. No tangent shows that. Nor that of a base which has a friction's knee in its g.
     """
-    if effect.far is None:
+    if effect.far is None or screen.tangent.frozen:  # nothing may settle beside it
         return None
     fit, few = screen.tangent.fit, screen.tangent.few(effect)
     alone, effects = Effects((effect,)), Effects((*fit.model.effects.chosen, effect))

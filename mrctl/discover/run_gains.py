@@ -7,13 +7,11 @@ modelled force, without any rule among the runs, is no physics that an effect co
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import pearsonr
 
-from mrctl.discover.run_zeros import BY_CONDITION, CHANCE, conditions_of
+from mrctl.discover.run_zeros import CHANCE, by_a_rule
 from mrctl.identify.records import Record
 from mrctl.identify.run_scatter import FEWEST_RUNS, scales_apart
 
@@ -21,7 +19,6 @@ Array = NDArray[np.float64]
 
 LEAST = 2e-3  # of the force: what scatters less does no harm
 LARGEST = 0.03  # no rig scatters further
-LEAST_STROKE_M = 1e-5  # over the runs, RMS
 CERTAIN = 2.0  # standard errors
 
 
@@ -41,18 +38,6 @@ def run_gains(errors: Sequence[Array], modelled: Sequence[Array], records: Seque
     scatter = max(float(np.average(apart**2 - doubts**2, weights=1.0 / doubts**2)), 0.0)
     weights = 1.0 / (doubts**2 + scatter)
     apart = apart - float(np.average(apart, weights=weights))
-    if float(np.max(np.abs(apart) - CERTAIN * doubts)) > LARGEST or _by_a_rule(apart, weights, records):
+    if float(np.max(np.abs(apart) - CERTAIN * doubts)) > LARGEST or by_a_rule(apart, weights, records):
         return none
     return np.asarray(apart * scatter * weights, dtype=np.float64)
-
-
-def _by_a_rule(apart: Array, weights: Array, records: Sequence[Record]) -> bool:
-    """Whether shares (runs) go with the runs' conditions, their squares or products."""
-    stroke = np.array([float(np.std(r.displacement_m)) for r in records])
-    made_at = [*conditions_of(records), *([stroke] if np.ptp(stroke) > LEAST_STROKE_M else [])]
-    centred = [(c - np.average(c, weights=weights)) / max(float(np.std(c)), 1e-12) for c in made_at]
-    rules = [*centred, *(a * b for a, b in combinations_with_replacement(centred, 2))]
-    root = np.sqrt(weights)
-    told = [r - np.average(r, weights=weights) for r in rules]
-    told = [r for r in told if float(np.ptp(r)) > 1e-9]
-    return any(float(pearsonr(root * r, root * apart).pvalue) < BY_CONDITION / len(told) for r in told)

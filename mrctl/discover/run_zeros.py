@@ -7,6 +7,7 @@ temperature does where each run has its own. What is alike in all runs stays: th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,10 @@ Array = NDArray[np.float64]
 FEWEST_RUNS = 3
 CHANCE = 1e-4  # that runs of one zero differ so
 LARGEST = 0.01  # of the largest force: no load cell wanders further, and the model is wrong, ...
-MANY_RUNS, MOST_SPREAD = 12, 0.015  # ... but in so many runs, which show that no rule is in it, this in RMS
+MANY_RUNS = 12  # ... but in so many, where no rule is in them, ...
+MOST_SPREAD, FARTHEST = 0.015, 0.04  # ... this in RMS, and each
 FULL_SCALE = 0.995  # quantile of the absolute force that counts as the largest
+LEAST_STROKE_M = 1e-5  # over the runs, RMS
 BY_CONDITION = 0.01  # chance that zeros go with a condition of the runs as they do; less is physics
 # Ranges over the runs that are no condition.
 SAME = {"current_a": 1e-3, "temperature_c": 0.01, "velocity_m_s": 1e-4, "displacement_m": 1e-5}
@@ -46,8 +49,13 @@ def run_zeros(errors: Sequence[Array], records: Sequence[Record], before_n: Arra
     if chi2.sf(float(np.sum((apart / np.maximum(doubts, 1e-12)) ** 2)), len(errors) - 1) > CHANCE:
         return none
     share = apart / max(float(np.quantile(np.abs(r.force_n), FULL_SCALE)) for r in records)
-    wild = float(np.max(np.abs(share))) > LARGEST
-    if wild and (share.size < MANY_RUNS or float(np.sqrt(np.mean(share**2))) > MOST_SPREAD):
+    far = float(np.max(np.abs(share)))
+    if far > LARGEST and not (
+        share.size >= MANY_RUNS
+        and far <= FARTHEST
+        and float(np.sqrt(np.mean(share**2))) <= MOST_SPREAD
+        and not by_a_rule(apart, np.ones(share.size), records)
+    ):
         return none
     if _by_a_condition(apart, records):
         return none
@@ -71,3 +79,15 @@ def conditions_of(records: Sequence[Record]) -> list[Array]:
         "displacement_m": [float(np.mean(r.displacement_m)) for r in records],
     }
     return [np.array(values) for name, values in conditions.items() if np.ptp(values) > SAME[name]]
+
+
+def by_a_rule(apart: Array, weights: Array, records: Sequence[Record]) -> bool:
+    """Whether shares or zeros (runs) go with the runs' conditions, their squares or products."""
+    stroke = np.array([float(np.std(r.displacement_m)) for r in records])
+    made_at = [*conditions_of(records), *([stroke] if np.ptp(stroke) > LEAST_STROKE_M else [])]
+    centred = [(c - np.average(c, weights=weights)) / max(float(np.std(c)), 1e-12) for c in made_at]
+    rules = [*centred, *(a * b for a, b in combinations_with_replacement(centred, 2))]
+    root = np.sqrt(weights)
+    told = [r - np.average(r, weights=weights) for r in rules]
+    told = [r for r in told if float(np.ptp(r)) > 1e-9]
+    return any(float(pearsonr(root * r, root * apart).pvalue) < BY_CONDITION / len(told) for r in told)

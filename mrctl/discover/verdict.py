@@ -18,8 +18,7 @@ from mrctl.identify.joint_fit import half_width_95
 from mrctl.model.effects.base import Effect, Vector
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
-EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing, ...
-SMALL_PART = 0.8  # ... which is so certain where it is less than this that none is tried without the others
+EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
 NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it
 FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
 MANY_FOLDS = 4
@@ -87,13 +86,6 @@ class Judged:
     def unexplained(self) -> Judged:
         """The same model, of which no effect can be named."""
         return replace(self, verdict="unexplained", effects=())
-
-
-def explains_little(evidence: Evidence, base: Proof, final: Proof) -> bool:
-    """Whether a model's effects are so small a part of what is missing that none of them will be named."""
-    balance = balance_of(evidence, final, structure_of(final.fit, evidence.folds))
-    taken = base.mean_square - final.mean_square
-    return taken < SMALL_PART * (taken + balance.left)
 
 
 def judged_by(

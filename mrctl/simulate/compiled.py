@@ -25,7 +25,7 @@ from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 
 from mrctl.errors import InputError
-from mrctl.model.effects.base import Effect, Step
+from mrctl.model.effects.base import Effect, Stage, Step
 from mrctl.simulate import extension, loops
 
 Kernel = Callable[..., None]
@@ -40,7 +40,7 @@ def run_step(effect: Effect, *arguments: object) -> None:
     Raises InputError naming the effect's file where numba cannot compile it.
     """
     try:
-        kernel(effect)(*arguments)
+        _kernel(effect.stage, effect.step, effect.name)(*arguments)
     except NumbaError as error:
         reason = next((line for line in str(error).splitlines() if line and "nopython" not in line), "")
         raise InputError.at(
@@ -52,9 +52,9 @@ def run_step(effect: Effect, *arguments: object) -> None:
 
 
 @cache
-def kernel(effect: Effect) -> Kernel:
-    """The effect's loop."""
-    return compiled(loops.LOOPS[effect.stage], effect.step, effect.name)
+def _kernel(stage: Stage, step: Step, name: str) -> Kernel:
+    """An effect's loop, whatever size of damper its bounds are for."""
+    return compiled(loops.LOOPS[stage], step, name)
 
 
 def compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:

@@ -64,6 +64,17 @@ def test_of_many_runs_a_few_may_have_far_zeros(size, taken):
 
 @pytest.mark.parametrize(
     "means",
+    [np.tile([-10.0, 20.0, -10.0], 5), np.append(0.1 * np.arange(15.0), 55.0)],
+    ids=["goes with the current's square", "one run alone, by more than any rig"],
+)
+def test_far_zeros_of_many_runs_follow_no_rule(means):
+    count = means.size
+    runs = driven(count, np.tile([0.0, 1.0, 2.0], 6))
+    assert not run_zeros(left(means, 1.0), runs, np.zeros(count)).any()
+
+
+@pytest.mark.parametrize(
+    "means",
     [np.full(6, 3.0), 4.0 * SPREAD_N, SPREAD_N[:2], 8.0 * (1.0 - CURRENTS_A) + 0.1 * SPREAD_N],
     ids=["all alike", "more than a load cell wanders", "two runs", "goes with the current"],
 )

@@ -118,6 +118,11 @@ def test_a_rival_that_is_in_the_model_already_is_not_added_twice(monkeypatch):
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     first, second = (effects()[name] for name in (FIRST, SECOND))
-    instead = {FIRST: [second], SECOND: [first]}
-    result = extend(one_frequency({FIRST: spring}), (), [first, second], falling=True, instead=instead)
-    assert result.effects == (FIRST, SECOND)
+    monkeypatch.setattr(module.Unseen, "of", lambda *_: _Named())
+    monkeypatch.setattr(_Named, "errors", {FIRST: 9.0, SECOND: 8.0}, raising=False)
+    result = extend(
+        one_frequency({FIRST: spring}), (), [first, second], falling=True, unseen={FIRST, SECOND},
+        instead={FIRST: [second]},
+    )  # fmt: skip
+    assert result.effects == (SECOND,)
+    assert result.refused == ()

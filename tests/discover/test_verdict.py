@@ -7,11 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover import verdict
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.noise_floor import Cycles, NoiseFloor
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
-from mrctl.discover.verdict import FORESEEN, _bent, _foreseen, _nearly_as_good, _unsure, explains_little
+from mrctl.discover.verdict import FORESEEN, _bent, _foreseen, _nearly_as_good, _unsure
 from mrctl.discover.worth import accepted
 from mrctl.identify.records import Record
 from mrctl.model.effects.registry import effect
@@ -56,15 +55,6 @@ def test_an_effect_of_no_size_that_the_runs_agree_on_imitates_something_else(std
 def test_what_is_pushed_to_the_end_of_physics_imitates_something_else(values, bent):
     heats = effect("self_heating")
     assert _bent(heats, SimpleNamespace(fit=SimpleNamespace(effect_values={heats.name: values}))) is bent
-
-
-@pytest.mark.parametrize(("left", "little"), [(0.0, False), (20.0, False), (40.0, True)])
-def test_what_takes_a_small_part_only_is_not_tried_further(monkeypatch, left, little):
-    """Of 100 the model takes 80: less than eight tenths of what could be taken where 40 more are left."""
-    monkeypatch.setattr(verdict, "structure_of", lambda *_: None)
-    monkeypatch.setattr(verdict, "balance_of", lambda *_: SimpleNamespace(left=left))
-    base, final = SimpleNamespace(mean_square=100.0), SimpleNamespace(mean_square=20.0, fit=None)
-    assert explains_little(SimpleNamespace(folds=()), base, final) is little
 
 
 def test_what_took_nearly_as_much_and_was_true_held_out_may_stand_in_its_place():

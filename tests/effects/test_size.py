@@ -10,8 +10,9 @@ from mrctl.model.effects.size import LARGEST_N, SMALLEST_N, sized
 @pytest.mark.parametrize(
     ("unit", "power"),
     [
-        *((unit, 1) for unit in ("N", "N*s/m", "N*s^2/m^2", "kg", "N/K")),
-        *((unit, -1) for unit in ("m/N", "K/J")),
+        *((unit, 1) for unit in ("N", "N*s/m", "N*s^2/m^2", "kg", "N/K", "N·s/m", "N s/m")),
+        *((unit, -1) for unit in ("m/N", "K/J", "m/N/s", "m/(N*s)", "K/(J*s)")),
+        ("N^2", 2),
         *((unit, 0) for unit in ("s", "1/K", "1", "ohm", "m")),
     ],
 )
@@ -40,6 +41,14 @@ def test_a_fit_begins_in_another_size_where_it_would_in_the_usual_one(effect, fa
         assert (q.low, q.high, q.neutral) == pytest.approx((p.low * own, p.high * own, p.neutral * own))
         assert p.reach[0] <= q.low
         assert q.high <= p.reach[1]
+
+
+@pytest.mark.parametrize("effect", effects().values(), ids=list(effects()))
+def test_an_effect_is_sized_once_however_often_it_is_asked(effect):
+    small = sized(effect, 40.0)
+    for again in (sized(small, 40.0), sized(sized(small, 2e5), 40.0)):
+        assert again.parameters == small.parameters
+    assert sized(small, 3e3) is effect
 
 
 def test_a_calibration_may_hold_what_a_large_damper_has():

@@ -192,8 +192,8 @@ def test_a_weak_run_is_in_kilonewtons_unless_another_shows_a_weak_damper(weak_n,
     unit = damper_force(motion) / np.max(np.abs(damper_force(motion)))
     runs = tuple(run_of(motion.v, size * unit, name=f"{k}.csv") for k, size in enumerate((weak_n, strong_n)))
     findings = check_campaign(Campaign(Path("weak"), runs, "0" * 64))
-    assert [finding.level for finding in findings] == ["error"] * errors
-    assert all("is it in kN?" in str(finding) for finding in findings)
+    assert [finding.level for finding in findings] == (["error"] * errors or ["warning"])
+    assert all("in kN?" in str(finding) for finding in findings)
 
 
 def test_runs_without_force_or_current_are_judged_by_what_they_have(tmp_path):

@@ -70,7 +70,8 @@ def _force(run: Run, strongest_n: float) -> Iterator[tuple[str, Finding]]:
     if peak > MAX_FORCE_N:
         yield "force_n", error(run, at, f"force_N reaches {peak:.4g}: is it in mN?", _MEND)
     elif 0 < peak < MIN_FORCE_N and strongest_n >= MIN_FORCE_N and peak > WEAK * strongest_n:
-        return
+        what = f"force_N stays within {peak:.4g}, in other runs {strongest_n:.4g}: are they in kN?"
+        yield "force_n", warning(run, at, what, f"if so, {_MEND}")
     elif 0 < peak < MIN_FORCE_N and _peak(run.velocity_m_s)[0] > WORTH_M_S:
         yield "force_n", error(run, at, f"force_N stays within {peak:.4g}: is it in kN?", _MEND)
     elif peak == 0:

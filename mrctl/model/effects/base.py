@@ -29,8 +29,9 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -114,7 +115,7 @@ CONDITIONS = frozenset(
 )  # fmt: skip
 """Over which a diagnosis asks whether a found effect has one size."""
 
-FORCES = frozenset({"N", "kg", "J", "W", "Pa"})  # units of what a larger damper has more of
+FORCES = frozenset({"N", "kg", "J", "W"})  # units of what a larger damper has more of
 ANY_SIZE = 100.0  # times the bounds that are for a usual damper
 
 
@@ -159,9 +160,13 @@ class Parameter:
 
 
 def force_power(unit: str) -> int:
-    """How often a unit counts in newtons: 1 for N, N*s/m or kg, -1 for m/N or K/J, 0 for s or 1/K."""
-    over, *under = (part.split("*") for part in unit.split("/"))
-    return sum(f in FORCES for f in over) - sum(f in FORCES for part in under for f in part)
+    """How often a unit counts in newtons: 1 for N, N*s/m or kg, -1 for m/N or K/(J*s), 0 for s or 1/K."""
+    over, _, under = unit.partition("/")
+    powers = []
+    for part in (over, under):
+        factors = (factor.partition("^") for factor in re.split(r"[*/()·\s]+", part))
+        powers.append(sum(int(power or 1) for name, _, power in factors if name in FORCES))
+    return powers[0] - powers[1]
 
 
 FORCE_LAG = Parameter(
@@ -234,6 +239,7 @@ class Effect:
     # What its parameters become where f grows by a factor and g shrinks by it: for one that is told f h.
     rescaled: Callable[[Vector, float], Vector] | None = None
     rank: int = 0  # order within the stage; equal ranks go by name
+    usual: Effect | None = field(default=None, compare=False, repr=False)  # it in a damper of a usual size
     # Conditions over which nature's form may be another, and the effect still this one (CONDITIONS).
     shape_over: frozenset[str] = frozenset()
     # Effects that it may be taken for where f h is steady, since only that tells them apart.

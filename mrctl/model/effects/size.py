@@ -11,11 +11,12 @@ SMALLEST_N, LARGEST_N = 500.0, 10_000.0  # peak forces of the dampers that the e
 
 
 def sized(effect: Effect, force_n: float) -> Effect:
-    """The effect as fits need it for a damper of that peak force; itself for one of a usual size.
+    """The effect as fits need it for a damper of that peak force, whatever size it has been given before.
 
     A washing machine's damper makes 100 N, a bridge's 200 kN: a friction of 2 kN, which no car's damper has,
     is nothing there. Lengths, times and temperatures are alike in all.
     """
+    effect = effect.usual or effect
     factor = force_n / min(max(force_n, SMALLEST_N), LARGEST_N)
     if factor in (0.0, 1.0):
         return effect
@@ -35,6 +36,7 @@ def sized(effect: Effect, force_n: float) -> Effect:
         parameters=tuple(_sized(p, own) for p, own in zip(effect.parameters, by, strict=True)),
         guesses=effect.guesses and points(effect.guesses),
         far=effect.far and points(effect.far),
+        usual=effect,
         plausible=plausible
         and (lambda values, ranges: plausible(_times(values, [1.0 / own for own in by]), usual(ranges))),
     )
