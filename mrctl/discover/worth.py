@@ -25,6 +25,7 @@ LATER_SHARE = 0.04  # ... and of what all take off: less may be the first one's 
 LATER_LEFT = 0.6  # or of what is still left over the noise, ...
 LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
 NEARLY_ALL, NEARLY_ALL_LEAST = 0.9, 0.01  # ... or this where it is that much of what is left, ...
+FORETOLD, FORETOLD_LEAST = 4.0, 0.01  # ... or this where data left out are foretold so many times better, ...
 LATER_CLEARING = 0.004  # ... or this where with it nothing but noise is left; ...
 STEADY_LEFT = 0.3  # ... or this much of what is left, if at all conditions it has one size, ...
 STEADY, STEADY_SIGNALS = 0.1, 4  # ... which is to say to this share, over so many signals; ...
@@ -57,10 +58,11 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
     It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
-    or nothing but noise is left with it and more was without; or it has one size at all conditions, as no
-    patch has. Where the earlier ones are silent at times, a small one must act there too; where they mostly
-    are (a stop), what it takes there is judged by itself. And where nothing but noise may be left, it must
-    not have another size at other conditions; nor may a small one be the largest that physics allows.
+    or nothing but noise is left with it and more was without; or data left out are foretold far better; or it
+    has one size at all conditions, as no patch has. Where the earlier ones are silent at times, a small one
+    must act there too; where they mostly are (a stop), what it takes there is judged by itself. And where
+    nothing but noise may be left, it must not have another size at other conditions; nor may a small one be
+    the largest that physics allows.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
@@ -89,10 +91,16 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     reasons = (
         aside > NEARLY_ALL * left > 0.0 and taken > NEARLY_ALL_LEAST * every,
         most and ((certain and apart) or taken > LATER_LEAST * every),
+        most and taken > FORETOLD_LEAST * every and _foretold(here, best.proof),
         certain and aside > STEADY_LEFT * left and are_steady(changes),
         certain and cleared and not most and taken > LATER_CLEARING * every,
     )
     return any(reasons)
+
+
+def _foretold(before: Proof, after: Proof) -> bool:
+    """Whether data left out are foretold far better: what mends a form mends it where it was seen."""
+    return after.held_out_mean_square * FORETOLD < before.held_out_mean_square
 
 
 def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
