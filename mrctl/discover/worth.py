@@ -25,7 +25,7 @@ LATER_SHARE = 0.04  # ... and of what all take off: less may be the first one's 
 LATER_LEFT = 0.6  # or of what is still left over the noise, ...
 LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
 NEARLY_ALL, NEARLY_ALL_LEAST = 0.9, 0.01  # ... or this where it is that much of what is left, ...
-FORETOLD, FORETOLD_LEAST = 4.0, 0.01  # ... or this where data left out are foretold so many times better, ...
+FORETOLD, FORETOLD_LEAST = 4.0, 0.01  # ... or this where data left out are foretold so many times better; ...
 LATER_CLEARING = 0.004  # ... or this where with it nothing but noise is left; ...
 STEADY_LEFT = 0.3  # ... or this much of what is left, if at all conditions it has one size, ...
 STEADY, STEADY_SIGNALS = 0.1, 4  # ... which is to say to this share, over so many signals; ...
@@ -58,11 +58,11 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
     It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
-    or nothing but noise is left with it and more was without; or data left out are foretold far better; or it
-    has one size at all conditions, as no patch has. Where the earlier ones are silent at times, a small one
-    must act there too; where they mostly are (a stop), what it takes there is judged by itself. And where
-    nothing but noise may be left, it must not have another size at other conditions; nor may a small one be
-    the largest that physics allows.
+    or nothing but noise is left with it and more was without; or it has one size at all conditions, as no
+    patch has. Where the earlier ones are silent at times, a small one must act there too, unless it takes
+    most of what is left and data left out are foretold far better; where they mostly are (a stop), what it
+    takes there is judged by itself. And where nothing but noise may be left, it must not have another size
+    at other conditions; nor may a small one be the largest that physics allows.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
@@ -75,23 +75,23 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
         return False
     if taken > LATER_SHARE * every:
         return True
+    after = evidence.budget(best.fit)
+    left = before.total - after.noise
+    # Not what it takes right after steps of the current, where a budget does not look.
+    aside = min(taken, before.total - after.total)
+    most = aside > LATER_LEFT * left
+    if most and taken > FORETOLD_LEAST * every and _foretold(here, best.proof):
+        return True
     found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
     beside = elsewhere(here, best.proof, found)
     if beside is not None and beside.to_all < ELSEWHERE:
         return False
     apart = beside is not None and beside.to_all > MOSTLY_ELSEWHERE
-    if apart and beside is not None and beside.samples > MOSTLY_SILENT and beside.of_left > LEAST_SHARE:
-        return True
-    after = evidence.budget(best.fit)
-    left = before.total - after.noise
-    # Not what it takes right after steps of the current, where a budget does not look.
-    aside = min(taken, before.total - after.total)
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
-    most = aside > LATER_LEFT * left
     reasons = (
+        apart and beside is not None and beside.samples > MOSTLY_SILENT and beside.of_left > LEAST_SHARE,
         aside > NEARLY_ALL * left > 0.0 and taken > NEARLY_ALL_LEAST * every,
         most and ((certain and apart) or taken > LATER_LEAST * every),
-        most and taken > FORETOLD_LEAST * every and _foretold(here, best.proof),
         certain and aside > STEADY_LEFT * left and are_steady(changes),
         certain and cleared and not most and taken > LATER_CLEARING * every,
     )
