@@ -55,6 +55,7 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         falling=True,
         unseen=doubted,
         instead=others,
+        begin=fit,
     )
     verdict = "none" if found.verdict == "found" else found.verdict
     if extension.refused and verdict == "none":

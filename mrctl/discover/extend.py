@@ -62,6 +62,7 @@ def extend(
     falling: bool = False,
     unseen: Collection[str] = (),
     instead: Mapping[str, Sequence[Effect]] | None = None,
+    begin: JointFit | None = None,
 ) -> Extension:
     """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
@@ -70,7 +71,8 @@ def extend(
     these names also those with which that on motions left out does, as must be asked of effects that are only
     a part of the truth, or one of several. instead: by such an effect's name others that may stand in its
     place: of all of them, and of the places where fits of it may end, the best on the runs left out is taken,
-    and of those alike there the best on motions left out.
+    and of those alike there the best on motions left out. begin: a model with effects that has been found;
+    the fit with just those begins there too, since a base without them may lead it elsewhere.
 
     Raises InputError for a campaign without a usable run, ValueError where the filter found cannot be carried
     to the loop's rates.
@@ -98,6 +100,9 @@ def extend(
         if told:  # from where a fit of it begins decides where it ends, as its rivals do
             ways += [(one, None) for one in (effect, *others.get(effect.name, ()))]
         models = [here.with_one_more(*way) for way in ways if way[0].name not in _names(here.chosen)]
+        if begin is not None and not told:
+            models += [one.begun_at(begin) for one in models if one.has_the_effects_of(begin)]
+            models = sorted(models, key=lambda one: error_on(one.fit, parts.training))[:1]
         sound = (one for one in _best_first(models) if not falling or one.bears_out(here, told=told))
         better = next(sound, None)
         if better is None:
@@ -152,6 +157,15 @@ class _Model:
             return self.motions and self.motions.with_one_more(chosen, given, self.free)
 
         return _Model(chosen, fit, self.parts, self.free, motions)
+
+    def has_the_effects_of(self, other: JointFit) -> bool:
+        """Whether it has the same effects, in whatever order."""
+        return {e.name for e in self.chosen} == {e.name for e in other.model.effects.chosen}
+
+    def begun_at(self, other: JointFit) -> _Model:
+        """The same effects, fitted from another fit with them."""
+        fit = fitted(self.parts.training, self.chosen, other.effect_values, start=other, free=self.free)
+        return _Model(self.chosen, fit, self.parts, self.free, self.motions_of)
 
     def bears_out(self, before: _Model, *, told: bool) -> bool:
         """Whether the runs left out bear its last effect out; told: and motions left out, where asked."""

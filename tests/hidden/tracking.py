@@ -67,6 +67,7 @@ def tracked(found, campaign, key):
         [one.trial.effect for one in sure],
         {name: fit.effect_values[name] for name in names},
         {one.trial.effect.name: one.trial.look.free.tolist() for one in sure},
+        begin=fit,
     )
     dampers = {"base": damper_of(extension.base), "extended": extension.damper}
     rig = Rig(key, stream=2)
