@@ -90,9 +90,10 @@ def test_what_was_found_is_set_beside_the_truth_and_tracked_on_new_runs(tmp_path
         file.unlink()  # fewer runs go through all of it; of five, one is slow and alone with its current
     offset, start = effects()["force_offset"], {"force_offset": (0.0,)}
     trial = SimpleNamespace(effect=offset, look=SimpleNamespace(free=np.array([True])))
+    without = SimpleNamespace(effects=SimpleNamespace(chosen=()))  # no model to begin at
     found = SimpleNamespace(
         found=[SimpleNamespace(trial=trial, rivals=[])],
-        final=SimpleNamespace(fit=SimpleNamespace(effect_values=start)),
+        final=SimpleNamespace(fit=SimpleNamespace(effect_values=start, model=without)),
     )
     tracked, stated = tracking.tracked(found, load_campaign(tmp_path / name), key)
     answer = stated | {
