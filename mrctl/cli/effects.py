@@ -93,8 +93,9 @@ def _parameter_text(p: Parameter) -> list[str]:
     unit = "" if p.unit == "1" else f" {p.unit}"
     held = ", held unless asked for" if p.held else ""
     numbers = f"{p.low:g} to {p.high:g}{unit}, neutral {p.neutral:g}, usual {p.typical:g}"
-    if force_power(p.unit):
-        way = "in" if force_power(p.unit) > 0 else "in inverse"
+    power = force_power(p.unit)
+    if power:
+        way = "in" if power > 0 else "in inverse"
         numbers += f" (for {SMALLEST_N:g} to {LARGEST_N:g} N of force; else {way} proportion)"
     return _wrapped(f"{p.name}: {p.help}; {numbers}{held}", "    ")
 

@@ -66,8 +66,9 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
         "unexplained": "What is left is explained by no known effect.",
     }[verdict]
     for name, own in others.items() if verdict == "ambiguous" else []:
-        alike = [name, *(other.name for other in own)] if own else []
-        for added in [one for one in alike if one in extension.effects][:1]:
+        alike = [name, *(other.name for other in own)]
+        added = next((one for one in alike if one in extension.effects), None)
+        if own and added is not None:
             rest = " or ".join(one for one in alike if one != added)
             words += f" {added} is added, which foretells best what is left out; it may be {rest}."
     if extension.refused:

@@ -102,7 +102,7 @@ def extend(
         models = [here.with_one_more(*way) for way in ways if way[0].name not in _names(here.chosen)]
         if begin is not None and not told:
             models += [one.begun_at(begin) for one in models if one.has_the_effects_of(begin)]
-            models = sorted(models, key=lambda one: error_on(one.fit, parts.training))[:1]
+            models = [min(models, key=lambda one: error_on(one.fit, parts.training))]
         sound = (one for one in _best_first(models) if not falling or one.bears_out(here, told=told))
         better = next(sound, None)
         if better is None:
