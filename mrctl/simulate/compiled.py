@@ -65,8 +65,8 @@ def compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:
 
 @cache
 def _compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:
-    used = _make_known(cast("FunctionType", step))
     loop = make_loop(step)
+    used = [f for own in _enclosed(loop) for f in _make_known(own)]
     files = _source_files([make_loop, extension.bisect_right, *used])
     if files is None:  # typed in at a prompt: nothing to tell two versions apart by
         return cast("Kernel", numba.njit(nogil=True)(loop))
@@ -77,7 +77,7 @@ def _compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:
 
 
 def _make_known(step: FunctionType) -> list[FunctionType]:
-    """Make a plain function, and all plain functions it calls, callable from compiled code; all of them."""
+    """Make a plain function, and all that it calls or is built around, callable from compiled code."""
     found: list[FunctionType] = []
     todo = [step]
     while todo:
@@ -90,7 +90,14 @@ def _make_known(step: FunctionType) -> list[FunctionType]:
             register_jitable(forceinline=True)(function)
         names = function.__code__.co_names
         todo += [f for f in map(function.__globals__.get, names) if isinstance(f, FunctionType)]
+        todo += _enclosed(function)
     return found
+
+
+def _enclosed(function: Any) -> list[FunctionType]:  # noqa: ANN401 - any callable may be built around others
+    """The plain functions that a function was built around."""
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    return [content for content in cells if isinstance(content, FunctionType)]
 
 
 def _source_files(functions: list[Any]) -> list[Path] | None:

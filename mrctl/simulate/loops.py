@@ -21,6 +21,8 @@ Ints = NDArray[np.int64]
 P = Sequence[float]
 LoopOf = Callable[[Step], Step]
 
+LANES = 8  # changes that go through a step side by side, as wide as processors are
+
 
 def borrowed(tables: StaticTables) -> StaticTables:
     """The same tables; compiled, they are read without counting references to them at every sample."""
@@ -176,73 +178,77 @@ def filtered(step: Step) -> Step:
     return loop
 
 
-def gives_way(step: Step) -> Step:
-    """The loop over a motion effect's linearisation.
+def way_slopes(step: Step) -> Step:
+    """The loop over how a motion effect's linearisation moves, by force and states, along a run.
 
-    `static_n` (n) is the change of the static force at a given motion, `force_n` that behind the lag;
-    `v` and `x` (n) the change of the motion; `out` (n // factor) that of a force by_force, by_v and by_x (n)
-    times static force and motion, averaged.
+    `damping_n_s_m` (n); `out` (n, 2 + k, 1 + k): how the piston's velocity and displacement, and each of
+    the k states that the step leaves, move with the force and with each state.
     """
 
-    def loop(
-        p: P, s: Array, starts: Ints, static_n: Array, force_n: Array, damping_n_s_m: Array,
-        lag: Coefficients, dt_s: float,
-        by_force: Array, by_v: Array, by_x: Array, factor: int, v: Array, x: Array, out: Array,
-    ) -> None:  # fmt: skip
-        share = 1.0 / factor
-        for j in range(starts.size - 1):
-            own = s[j]
-            for block in range(starts[j] // factor, starts[j + 1] // factor):
-                total = 0.0
-                for k in range(block * factor, (block + 1) * factor):
-                    v[k], x[k] = step(p, own, force_n[k], damping_n_s_m[k], lag, dt_s)
-                    total += by_force[k] * static_n[k] + by_v[k] * v[k] + by_x[k] * x[k]
-                out[block] = share * total
+    def loop(p: P, damping_n_s_m: Array, lag: Coefficients, dt_s: float, out: Array) -> None:
+        s = np.empty(out.shape[1] - 2)
+        for k in range(out.shape[0]):
+            for c in range(out.shape[2]):
+                for i in range(s.size):
+                    s[i] = 1.0 if c == 1 + i else 0.0
+                v, x = step(p, s, 1.0 if c == 0 else 0.0, damping_n_s_m[k], lag, dt_s)
+                out[k, 0, c] = v
+                out[k, 1, c] = x
+                for i in range(s.size):
+                    out[k, 2 + i, c] = s[i]
 
     return loop
 
 
-def yield_peaks(step: Step) -> Step:
-    """The loop that tells how large each state of a yield effect, in `s` (m, k), becomes: `out` (k)."""
+def peaks(call: Step) -> Step:
+    """The loop that tells how large each state of a step, in `s` (m, k), becomes: `out` (k).
 
-    def loop(
-        p: P, s: Array, starts: Ints, force_n: Array, velocity_m_s: Array, displacement_m: Array,
-        level_n: Array, dt_s: float, out: Array,
-    ) -> None:  # fmt: skip
+    `call` is one of CALLS, `signals` (q, n) what it takes.
+    """
+
+    def loop(p: P, s: Array, starts: Ints, signals: Array, dt_s: float, out: Array) -> None:
+        u = np.empty(signals.shape[0])
         for j in range(starts.size - 1):
             own = s[j]
             for k in range(starts[j], starts[j + 1]):
-                step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], level_n[k], dt_s)
+                for q in range(u.size):
+                    u[q] = signals[q, k]
+                call(p, own, u, dt_s)
                 for i in range(own.size):
                     out[i] = max(out[i], abs(own[i]))
 
     return loop
 
 
-def yield_slopes(step: Step) -> Step:
-    """The loop over how a yield effect's step moves, by differences along its own path.
+def slopes(call: Step) -> Step:
+    """The loop over how a step moves, by differences along its own path.
 
-    `small` (2 + k) are the differences of force, level and of each of the k states in `s` (m, k);
-    `out` (n, 1 + k, 2 + k): how the force, and each state that the step leaves, move with each of them.
+    `call` is one of CALLS, `signals` (q, n) what it takes. `small` (w + k) are the differences of the
+    signals `of` (w) and of each of the k states in `s` (m, k); `out` (n, 1 + k, w + k): how the step's
+    force, and each state that it leaves, move with each of them.
     """
 
     def loop(
-        p: P, s: Array, starts: Ints, force_n: Array, velocity_m_s: Array, displacement_m: Array,
-        level_n: Array, dt_s: float, small: Array, out: Array,
+        p: P, s: Array, starts: Ints, signals: Array, dt_s: float, of: Ints, small: Array, out: Array
     ) -> None:  # fmt: skip
         before, there = np.empty(s.shape[1]), np.empty(s.shape[1])
+        u = np.empty(signals.shape[0])
         for j in range(starts.size - 1):
             own = s[j]
             for k in range(starts[j], starts[j + 1]):
-                v, x, f, level = velocity_m_s[k], displacement_m[k], force_n[k], level_n[k]
+                for q in range(u.size):
+                    u[q] = signals[q, k]
                 before[:] = own
-                here = step(p, own, f, v, x, level, dt_s)
+                here = call(p, own, u, dt_s)
                 for c in range(small.size):
                     there[:] = before
-                    if c >= 2:
-                        there[c - 2] += small[c]
-                    by_force, by_level = small[0] * (c == 0), small[1] * (c == 1)
-                    moved = step(p, there, f + by_force, v, x, level + by_level, dt_s)
+                    if c < of.size:
+                        u[of[c]] += small[c]
+                    else:
+                        there[c - of.size] += small[c]
+                    moved = call(p, there, u, dt_s)
+                    if c < of.size:
+                        u[of[c]] = signals[of[c], k]
                     out[k, 0, c] = (moved - here) / small[c]
                     for i in range(own.size):
                         out[k, 1 + i, c] = (there[i] - own[i]) / small[c]
@@ -251,28 +257,84 @@ def yield_slopes(step: Step) -> Step:
 
 
 def carried(step: Step) -> Step:
-    """The loop over `linear_step`, for one small change of a stage's inputs, each (n), into `out` (n)."""
+    """The loop over `linear_block`, for many small changes of two inputs, LANES of them side by side.
 
-    def loop(by: Array, s: Array, starts: Ints, force_n: Array, level_n: Array, out: Array) -> None:
-        after = np.empty(s.shape[1])
-        for j in range(starts.size - 1):
-            own = s[j]
-            for k in range(starts[j], starts[j + 1]):
-                out[k] = step(by, own, k, force_n[k], level_n[k], after)
-                own[:] = after
+    `by` (n, o + k, 2 + k): how o outputs and k states move with the inputs and the states; `first`
+    (m, k, 2): the first states, by the first inputs. `inputs` (r, n) and `beside` (at most r, n), which is
+    0 where there are no more; `out` (o, r, n // factor): the outputs, averaged.
+    """
+
+    def loop(
+        by: Array, first: Array, starts: Ints, inputs: Array, beside: Array, factor: int, out: Array
+    ) -> None:
+        outputs, rows, states = out.shape[0], out.shape[1], first.shape[1]
+        x, y = np.zeros((2 + states, LANES)), np.zeros((outputs + states, LANES))
+        total = np.zeros((outputs, LANES))
+        for m in range(0, rows, LANES):
+            x[1] = 0.0
+            for j in range(starts.size - 1):
+                picked(inputs, beside, m, starts[j], x)
+                for i in range(states):
+                    x[2 + i] = first[j, i, 0] * x[0] + first[j, i, 1] * x[1]
+                for block in range(starts[j] // factor, starts[j + 1] // factor):
+                    step(by, inputs, beside, m, block, factor, x, y, total)
+                    for o in range(outputs):
+                        for r in range(min(LANES, rows - m)):
+                            out[o, m + r, block] = total[o, r]
 
     return loop
 
 
-def linear_step(by: Array, s: Array, k: int, force_n: float, level_n: float, after: Array) -> float:
-    """A small change through sample k's slopes, as `yield_slopes` has them; the states' goes to `after`."""
-    force: float = by[k, 0, 0] * force_n + by[k, 0, 1] * level_n
-    for i in range(s.size):
-        force += by[k, 0, 2 + i] * s[i]
-        after[i] = by[k, 1 + i, 0] * force_n + by[k, 1 + i, 1] * level_n
-        for c in range(s.size):
-            after[i] += by[k, 1 + i, 2 + c] * s[c]
-    return force
+def linear_block(
+    by: Array, inputs: Array, beside: Array, m: int, block: int, factor: int,
+    x: Array, y: Array, total: Array,
+) -> None:  # fmt: skip
+    """The mean outputs, into `total` (o, LANES), of LANES changes from the row m on over a block of samples.
+
+    `by`, `inputs` and `beside` as `carried` has them; `x` (2 + k, LANES) keeps the states, from its third
+    row on; `y` (o + k, LANES) is room for what a sample gives.
+    """
+    outputs = total.shape[0]
+    share = 1.0 / factor
+    total[:] = 0.0
+    for k in range(block * factor, (block + 1) * factor):
+        picked(inputs, beside, m, k, x)
+        linear_step(by, k, x, y)
+        for o in range(outputs):
+            for r in range(LANES):
+                total[o, r] += share * y[o, r]
+        for i in range(outputs, y.shape[0]):
+            for r in range(LANES):
+                x[2 + i - outputs, r] = y[i, r]
+
+
+def linear_step(by: Array, k: int, x: Array, y: Array) -> None:
+    """Small changes x (c, LANES) through the slopes of sample k, to y (o, LANES)."""
+    for o in range(y.shape[0]):
+        # One by one, they stay in the processor's wide registers; a loop over them would go by way of y.
+        a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
+        for c in range(x.shape[0]):
+            slope = by[k, o, c]
+            if slope != 0.0:
+                a0 += slope * x[c, 0]
+                a1 += slope * x[c, 1]
+                a2 += slope * x[c, 2]
+                a3 += slope * x[c, 3]
+                a4 += slope * x[c, 4]
+                a5 += slope * x[c, 5]
+                a6 += slope * x[c, 6]
+                a7 += slope * x[c, 7]
+        y[o, 0], y[o, 1], y[o, 2], y[o, 3] = a0, a1, a2, a3
+        y[o, 4], y[o, 5], y[o, 6], y[o, 7] = a4, a5, a6, a7
+
+
+def picked(inputs: Array, beside: Array, m: int, k: int, x: Array) -> None:
+    """Sample k of the rows from m on, the last one in place of those that there are not."""
+    last = inputs.shape[0] - 1
+    for r in range(LANES):
+        x[0, r] = inputs[min(m + r, last), k]
+    for r in range(min(LANES, beside.shape[0] - m)):
+        x[1, r] = beside[m + r, k]
 
 
 LOOPS: Mapping[Stage, LoopOf] = {
@@ -284,4 +346,36 @@ LOOPS: Mapping[Stage, LoopOf] = {
     Stage.ADDITIVE: _additive,
     Stage.LIMIT: _limit,
     Stage.OUTPUT: _output,
+}
+
+
+def _of_yield(step: Step) -> Step:
+    def call(p: P, s: Array, u: Array, dt_s: float) -> float:
+        force: float = step(p, s, u[0], u[1], u[2], u[3], dt_s)
+        return force
+
+    return call
+
+
+def _of_additive(step: Step) -> Step:
+    def call(p: P, s: Array, u: Array, dt_s: float) -> float:
+        force: float = step(p, s, u[0], u[1], u[2], u[3], u[4], dt_s)
+        return force
+
+    return call
+
+
+def _of_limit(step: Step) -> Step:
+    def call(p: P, s: Array, u: Array, dt_s: float) -> float:
+        force: float = step(p, s, u[0], u[1], u[2], dt_s)
+        return force
+
+    return call
+
+
+# A step as one that takes its signals, in its own order, as an array.
+CALLS: Mapping[Stage, LoopOf] = {
+    Stage.YIELD: _of_yield,
+    Stage.ADDITIVE: _of_additive,
+    Stage.LIMIT: _of_limit,
 }

@@ -78,36 +78,6 @@ def piston_motion(
     return velocity_m_s, displacement_m
 
 
-def given_way(
-    chosen: Chosen,
-    static_n: Array,
-    force_n: Array,
-    damping_n_s_m: Array,
-    lag: Coefficients,
-    dt_s: float,
-    starts: Ints,
-    by: tuple[Array, Array, Array],
-    factor: int,
-    out: Array,
-) -> tuple[Array, Array]:
-    """How the piston's velocity in m/s and displacement in m (n) move with the force.
-
-    chosen: one effect that gives way; static_n (n): the change of the static force at a given motion, and
-    force_n that behind the lag; damping_n_s_m (n): the static force's slope over the velocity;
-    stretches of whole blocks of `factor` samples. `out` (n // factor) is what a force changes whose slopes
-    over the static one, the velocity and the displacement are `by` (n each).
-    """
-    ((effect, p),) = chosen
-    if effect.gives_way is None:
-        raise ValueError(f"{effect.name} does not say how it gives way")
-    step, start = effect.gives_way
-    states = np.array([start(p, first) for first in force_n[starts[:-1]].tolist()], dtype=np.float64)
-    v, x = np.empty_like(force_n), np.empty_like(force_n)
-    loop = compiled(loops.gives_way, step, f"{effect.name}_gives_way")
-    loop(p, states, starts, static_n, force_n, damping_n_s_m, lag, dt_s, *by, factor, v, x, out)
-    return v, x
-
-
 def level(current_a: Array, temperature_c: Array, tables: StaticTables) -> Array:
     """f(i) h(i, T) in N."""
     out = np.empty_like(current_a)

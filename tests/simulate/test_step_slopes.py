@@ -5,7 +5,7 @@ import pytest
 
 from mrctl.model.effects.registry import effects
 from mrctl.simulate.stages import yielding
-from mrctl.simulate.yield_slopes import yield_slopes
+from mrctl.simulate.step_slopes import yield_slopes
 
 N, DT_S = 3000, 1e-3
 STARTS = np.array([0, 1100, N])

@@ -1,0 +1,120 @@
+"""How a run's forces move with the piston's motion, where a spring in series lets the damper give way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.identify import base, filtering, hysteresis
+from mrctl.model.effects.base import Settings, Stage
+from mrctl.model.filters import plain_lag
+from mrctl.model.static import StaticTables
+from mrctl.simulate import Trace, loops, stages
+from mrctl.simulate.carried import carried
+from mrctl.simulate.compiled import compiled
+from mrctl.simulate.step_slopes import additive_slopes
+
+Array = NDArray[np.float64]
+
+FILTER_STEP = 1e-4  # of a parameter's scale
+VELOCITY_STEP_M_S = 1e-6
+STROKE_STEP_M = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """How a run's forces move with the piston's motion, which moves with the damper's force."""
+
+    here: Trace
+    settings: Settings
+    filter: Array  # H's parameters
+    damping_n_s_m: Array  # (n) of f g h alone, which is what the motion gives way to
+    by_v: Array  # (n) the static force's slopes over the piston's velocity ...
+    by_x: Array  # ... and displacement
+
+    @classmethod
+    def of(cls, tables: StaticTables, here: Trace, settings: Settings, filter_: Array) -> Motion:
+        """By differences at the run's own motion."""
+        v, x = here.velocity_m_s, here.displacement_m
+        dv, dx = VELOCITY_STEP_M_S, STROKE_STEP_M
+
+        def factors(v: Array, x: Array) -> Array:
+            out = np.ones(v.size)
+            for e, p in settings[Stage.FACTOR]:
+                out *= stages.factor(
+                    e, p, v, x, here.current_a, here.temperature_c, here.run.dt_s, here.run.starts
+                )
+            return out
+
+        above, below = stages.shape(v + dv, tables), stages.shape(v - dv, tables)
+        static = here.level_n * here.shape
+        return cls(
+            here,
+            settings,
+            filter_,
+            here.level_n * (above - below) / (2.0 * dv),
+            here.level_n * (above * factors(v + dv, x) - below * factors(v - dv, x)) / (2.0 * dv),
+            static * (factors(v, x + dx) - factors(v, x - dx)) / (2.0 * dx),
+        )
+
+    def of_tables(self, bare: Array, gain: Array, factor: int) -> tuple[Array, Array | float]:
+        """Slopes of the static force, and of what comes beside the filter: (m, n // factor); or 0.
+
+        bare (m, n): those of f g h at a given velocity; gain (n): what effects multiply it by.
+        """
+        lagged = bare.copy()
+        filtering.filter_rows(*self._lag(self.filter), lagged, self.here.run.starts)
+        return self._rows(bare, lagged, gain, factor)
+
+    def of_filter(self, factor: int) -> tuple[Array, Array | float]:
+        """The same by H's own parameters, for the motion's sake alone."""
+        run = self.here.run
+        static = self.here.level_n * self.here.shape
+        lagged = filtering.filtered(*self._lag(self.filter), static, run.starts)
+        rows = np.empty((self.filter.size, run.size))
+        for k, step in enumerate(FILTER_STEP * np.eye(self.filter.size)):
+            rows[k] = filtering.filtered(*self._lag(self.filter + step), static, run.starts) - lagged
+        rows /= FILTER_STEP
+        return self._rows(np.zeros_like(rows), rows, np.zeros(run.size), factor)
+
+    def _lag(self, filter_: Array) -> tuple[Array, Array]:
+        b0, b1, b2, b3, *a = plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients)
+        return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
+
+    def _rows(self, static: Array, lagged_n: Array, gain: Array, factor: int) -> tuple[Array, Array | float]:
+        by_way, first = self._way
+        run, here, added = self.here.run, self.here, self.settings[Stage.ADDITIVE]
+        count = 3 if added else 1  # outputs: the force, and the motion itself where more hangs on it
+        states = first.shape[1]
+        by = np.zeros((run.size, count + states, 2 + states))
+        rest = [0, *range(2, 2 + states)]  # of what goes in, all but the static force
+        by[:, 0, rest] = self.by_v[:, None] * by_way[:, 0] + self.by_x[:, None] * by_way[:, 1]
+        by[:, 0, 1] = gain
+        by[:, 1:, rest] = by_way[:, 3 - count :]
+        if not added:
+            return carried(by, first, run.starts, lagged_n, static, factor)[0], 0.0
+        force, v, x = carried(by, first, run.starts, lagged_n, static)
+        rest_of = run.acceleration_m_s2, here.current_a, here.temperature_c
+        signals = here.velocity_m_s, here.displacement_m, *rest_of
+        after = additive_slopes(added, signals, run.dt_s, run.starts, v, x, factor)
+        return base.averaged(force, factor), after
+
+    @cached_property
+    def _way(self) -> tuple[Array, Array]:
+        """How the motion and its states move with a force (n, 2 + k, 1 + k); and the first ones (m, k, 2)."""
+        run = self.here.run
+        ((effect, p),) = self.settings[Stage.MOTION]
+        if effect.gives_way is None:
+            raise ValueError(f"{effect.name} does not say how it gives way")
+        step, start = effect.gives_way
+        first = np.array(start(p, 1.0), dtype=np.float64)
+        by = np.empty((run.size, 2 + first.size, 1 + first.size))
+        lag = plain_lag(hysteresis.as_filter(self.filter, 1.0 / run.dt_s).coefficients)
+        loop = compiled(loops.way_slopes, step, f"{effect.name}_way")
+        loop(p, self.damping_n_s_m, lag, run.dt_s, by)
+        firsts = np.zeros((run.starts.size - 1, first.size, 2))
+        firsts[:, :, 0] = first
+        return by, firsts

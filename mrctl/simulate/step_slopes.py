@@ -1,0 +1,138 @@
+"""How the force behind a stage moves with what goes into it, for many small changes at once.
+
+The step's own slopes are differences, taken once a sample; every change then goes through them as through a
+linear filter whose coefficients change with time, which costs a few products a sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+
+from mrctl.model.effects.base import Effect, Stage, Step, Vector
+from mrctl.simulate import loops
+from mrctl.simulate.carried import carried
+from mrctl.simulate.compiled import compiled
+from mrctl.simulate.run import Array, Ints
+from mrctl.simulate.stages import Chosen, limited, yielding
+
+STEP = 1e-6  # of the RMS of a signal, and of a state's largest value
+
+
+def yield_slopes(
+    chosen: Chosen,
+    signals: tuple[Array, Array, Array, Array],
+    dt_s: float,
+    starts: Ints,
+    rows: Array,
+    level_rows: Array,
+) -> Array:
+    """The changes of the force (m, n) behind the yield stage.
+
+    chosen: its effects; signals: force, velocity, displacement and level, (n) each; rows (m, n): the changes
+    of the force before it, of which the first ones, as many as level_rows (l, n), come with one of the level.
+    """
+    for effect, p in chosen:
+        rows = _through(effect, p, signals, (0, 3), dt_s, starts, rows, level_rows)
+        signals = yielding([(effect, p)], *signals, dt_s, starts), *signals[1:]
+    return rows
+
+
+def limit_slopes(
+    chosen: Chosen, signals: tuple[Array, Array, Array], dt_s: float, starts: Ints, rows: Array
+) -> Array:
+    """The changes of the force (m, n) behind the limits, by those before them.
+
+    signals: force, velocity and displacement, (n) each.
+    """
+    for effect, p in chosen:
+        rows = _through(effect, p, signals, (0,), dt_s, starts, rows)
+        signals = limited([(effect, p)], *signals, dt_s, starts), *signals[1:]
+    return rows
+
+
+def additive_slopes(
+    chosen: Chosen,
+    signals: tuple[Array, Array, Array, Array, Array],
+    dt_s: float,
+    starts: Ints,
+    velocity_rows: Array,
+    displacement_rows: Array,
+    factor: int,
+) -> Array:
+    """The changes (m, n // factor) of the forces beside the filter, by those of the motion (m, n) each.
+
+    signals: velocity, displacement, acceleration, current and temperature, (n) each; averaged over `factor`
+    samples.
+    """
+    total = np.zeros((velocity_rows.shape[0], velocity_rows.shape[1] // factor))
+    for effect, p in chosen:
+        total += _through(effect, p, signals, (0, 1), dt_s, starts, velocity_rows, displacement_rows, factor)
+    return total
+
+
+def _through(
+    effect: Effect,
+    p: Vector,
+    signals: Sequence[Array],
+    of: tuple[int, ...],
+    dt_s: float,
+    starts: Ints,
+    rows: Array,
+    beside: Array | None = None,
+    factor: int = 1,
+) -> Array:
+    """What changes of one or two of an effect's signals, those at the places `of`, make of its force."""
+    by, first = _heard(*_step_slopes(effect, p, signals, of, dt_s, starts), len(of))
+    if len(of) == 1:
+        by, first = np.insert(by, 1, 0.0, axis=2), np.insert(first, 1, 0.0, axis=2)
+    changed: Array = carried(by, first, starts, rows, beside, factor)[0]
+    return changed
+
+
+def _step_slopes(
+    effect: Effect, p: Vector, signals: Sequence[Array], of: tuple[int, ...], dt_s: float, starts: Ints
+) -> tuple[Array, Array]:
+    """Slopes of force and states by w signals and the states (n, 1 + k, w + k); of first states (m, k, w)."""
+    firsts = [x[starts[:-1]] for x in signals]
+
+    def initial(place: int = 0, by: float = 0.0) -> Array:
+        each = zip(*(x + by * (place == q) for q, x in enumerate(firsts)), strict=True)
+        return np.array([effect.initial(p, *map(float, one), dt_s) for one in each], dtype=np.float64)
+
+    states = initial().reshape(starts.size - 1, -1)
+    size = states.shape[1]
+    largest = np.zeros(size)
+    rest = starts, np.stack(signals), dt_s
+    call = _call(effect.stage, effect.step)
+    compiled(loops.peaks, call, f"{effect.name}_peaks")(p, states.copy(), *rest, largest)
+    small = STEP * np.array([*(_size(signals[q]) for q in of), *np.where(largest > 0.0, largest, 1.0)])
+    first = [(initial(q, by).reshape(states.shape) - states) / by for q, by in zip(of, small, strict=False)]
+    by = np.empty((signals[0].size, 1 + size, len(of) + size))
+    compiled(loops.slopes, call, f"{effect.name}_slopes")(p, states, *rest, np.array(of), small, by)
+    return by, np.stack(first, axis=-1)
+
+
+@cache
+def _call(stage: Stage, step: Step) -> Step:
+    return loops.CALLS[stage](step)
+
+
+def _heard(by: Array, first: Array, inputs: int) -> tuple[Array, Array]:
+    """The same of those states alone that a change before the stage moves and that the force hears of."""
+    size = first.shape[1]
+    touches = np.any(by != 0.0, axis=0)
+    each = touches[1:, inputs:] | np.eye(size, dtype=bool)  # state by state
+    moved = touches[1:, :inputs].any(axis=1) | np.any(first != 0.0, axis=(0, 2))
+    heard = touches[0, inputs:]
+    for _ in range(size):
+        moved, heard = each @ moved, each.T @ heard
+    keep = np.flatnonzero(moved & heard)
+    rows, columns = np.concatenate([[0], 1 + keep]), np.concatenate([np.arange(inputs), inputs + keep])
+    return np.ascontiguousarray(by[:, rows[:, None], columns]), np.ascontiguousarray(first[:, keep])
+
+
+def _size(x: Array) -> float:
+    return float(np.sqrt(np.mean(x * x))) or 1.0
