@@ -22,6 +22,7 @@ ROUNDS = 8
 FEW, MANY = 6, 20  # iterations: of one round, and where all is known from the start
 WIDTH = 2.5  # robust scales at which a sample counts half
 ALIKE, ALIKE_SHARE = 3, 0.06  # records that stop at the same force, and how alike
+UNLIKE_SHARE = 0.1  # by which their rebound forces differ at least, if it is compression that is limited
 MARGIN = 0.2  # of a limit, left out with it
 
 
@@ -50,14 +51,15 @@ def _falling_weights(fit: JointFit) -> JointFit:
 
 
 def _common_limit(model: JointModel) -> float | None:
-    """The compression force in N at which several records stop alike, while their rebound forces differ."""
-    lows = np.sort([-float(np.quantile(r.force_n, 0.01)) for r in model.records])[::-1]
-    highs = np.sort([float(np.quantile(r.force_n, 0.99)) for r in model.records])[::-1]
-    if lows.size < ALIKE or lows[0] <= 0.0:
+    """The compression force in N at which several records stop alike, while these records' rebounds differ."""
+    lows = np.array([-float(np.quantile(r.force_n, 0.01)) for r in model.records])
+    highs = np.array([float(np.quantile(r.force_n, 0.99)) for r in model.records])
+    limit = float(lows.max())
+    stopped = lows > (1.0 - ALIKE_SHARE) * limit
+    if limit <= 0.0 or np.count_nonzero(stopped) < ALIKE:
         return None
-    same = lows[ALIKE - 1] > (1.0 - ALIKE_SHARE) * lows[0]
-    spread = highs[ALIKE - 1] < (1.0 - ALIKE_SHARE) * highs[0]
-    return float(lows[0]) if same and spread else None
+    rebound = highs[stopped]
+    return limit if rebound.min() < (1.0 - UNLIKE_SHARE) * rebound.max() else None
 
 
 def _below(fit: JointFit, limit: float) -> JointFit:
