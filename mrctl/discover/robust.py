@@ -51,7 +51,7 @@ def _falling_weights(fit: JointFit) -> JointFit:
 
 
 def _common_limit(model: JointModel) -> float | None:
-    """The compression force in N at which several records stop alike, while these records' rebounds differ."""
+    """The compression force in N at which several records stop alike, while their rebounds differ."""
     lows = np.array([-float(np.quantile(r.force_n, 0.01)) for r in model.records])
     highs = np.array([float(np.quantile(r.force_n, 0.99)) for r in model.records])
     limit = float(lows.max())

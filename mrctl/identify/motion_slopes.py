@@ -13,7 +13,7 @@ from mrctl.model.effects.base import Settings, Stage
 from mrctl.model.filters import plain_lag
 from mrctl.model.static import StaticTables
 from mrctl.simulate import Trace, loops, stages
-from mrctl.simulate.carried import carried
+from mrctl.simulate.carried import carried, heard
 from mrctl.simulate.compiled import compiled
 from mrctl.simulate.step_slopes import additive_slopes
 
@@ -117,4 +117,4 @@ class Motion:
         loop(p, self.damping_n_s_m, lag, run.dt_s, by)
         firsts = np.zeros((run.starts.size - 1, first.size, 2))
         firsts[:, :, 0] = first
-        return by, firsts
+        return heard(by, firsts, inputs=1)

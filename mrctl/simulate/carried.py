@@ -25,3 +25,21 @@ def carried(
     second = np.empty((0, inputs.shape[1])) if beside is None else np.ascontiguousarray(beside)
     loop(by, first, starts, contiguous, second, factor, out)
     return out
+
+
+def heard(by: Array, first: Array, inputs: int = 2) -> tuple[Array, Array]:
+    """The same of those states alone that a change of the inputs moves and that the outputs hear of."""
+    size = first.shape[1]
+    outputs = by.shape[1] - size
+    touches = np.any(by != 0.0, axis=0)
+    each = touches[outputs:, inputs:] | np.eye(size, dtype=bool)  # state by state
+    moved = touches[outputs:, :inputs].any(axis=1) | np.any(first != 0.0, axis=(0, 2))
+    told = touches[:outputs, inputs:].any(axis=0)
+    for _ in range(size):
+        moved, told = each @ moved, each.T @ told
+    keep = np.flatnonzero(moved & told)
+    if keep.size == size:
+        return by, first
+    rows = np.concatenate([np.arange(outputs), outputs + keep])
+    columns = np.concatenate([np.arange(inputs), inputs + keep])
+    return np.ascontiguousarray(by[:, rows[:, None], columns]), np.ascontiguousarray(first[:, keep])

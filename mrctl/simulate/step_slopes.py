@@ -13,7 +13,7 @@ import numpy as np
 
 from mrctl.model.effects.base import Effect, Stage, Step, Vector
 from mrctl.simulate import loops
-from mrctl.simulate.carried import carried
+from mrctl.simulate.carried import carried, heard
 from mrctl.simulate.compiled import compiled
 from mrctl.simulate.run import Array, Ints
 from mrctl.simulate.stages import Chosen, limited, yielding
@@ -85,7 +85,7 @@ def _through(
     factor: int = 1,
 ) -> Array:
     """What changes of one or two of an effect's signals, those at the places `of`, make of its force."""
-    by, first = _heard(*_step_slopes(effect, p, signals, of, dt_s, starts), len(of))
+    by, first = heard(*_step_slopes(effect, p, signals, of, dt_s, starts), inputs=len(of))
     if len(of) == 1:
         by, first = np.insert(by, 1, 0.0, axis=2), np.insert(first, 1, 0.0, axis=2)
     changed: Array = carried(by, first, starts, rows, beside, factor)[0]
@@ -118,20 +118,6 @@ def _step_slopes(
 @cache
 def _call(stage: Stage, step: Step) -> Step:
     return loops.CALLS[stage](step)
-
-
-def _heard(by: Array, first: Array, inputs: int) -> tuple[Array, Array]:
-    """The same of those states alone that a change before the stage moves and that the force hears of."""
-    size = first.shape[1]
-    touches = np.any(by != 0.0, axis=0)
-    each = touches[1:, inputs:] | np.eye(size, dtype=bool)  # state by state
-    moved = touches[1:, :inputs].any(axis=1) | np.any(first != 0.0, axis=(0, 2))
-    heard = touches[0, inputs:]
-    for _ in range(size):
-        moved, heard = each @ moved, each.T @ heard
-    keep = np.flatnonzero(moved & heard)
-    rows, columns = np.concatenate([[0], 1 + keep]), np.concatenate([np.arange(inputs), inputs + keep])
-    return np.ascontiguousarray(by[:, rows[:, None], columns]), np.ascontiguousarray(first[:, keep])
 
 
 def _size(x: Array) -> float:
