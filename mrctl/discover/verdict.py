@@ -19,7 +19,8 @@ from mrctl.model.effects.base import Effect, Vector
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
 EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
-NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it
+NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it; ...
+MOST_IN_PART = 2  # ... nor are more effects than so many, which could make up for anything
 FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
 MANY_FOLDS = 4
 OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
@@ -133,7 +134,8 @@ def _verdict(
     if not named:
         return ("none", ()) if cleared else ("unexplained", ())
     explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
-    if not cleared and (explained < EXPLAINED or (explained < NEARLY_ALL and _imitates(named, final))):
+    doubted = len(named) > MOST_IN_PART or _imitates(named, final)
+    if not cleared and explained < (NEARLY_ALL if doubted else EXPLAINED):
         return "unexplained", ()
     if _foreseen(base, final) < FORESEEN:
         return "unexplained", ()
@@ -158,11 +160,15 @@ def _unsure(effect: Effect, final: Proof, spread: Mapping[str, Vector]) -> bool:
 
 
 def _bent(effect: Effect, final: Proof) -> bool:
-    """Whether a fit has pushed an effect to the end of what is physical: then it imitates something else."""
+    """Whether a fit has pushed an effect to the end of what is physical: then it imitates something else.
+
+    Where a parameter ends at 0, only what it stands for is not there: a mount without damping, say.
+    """
     return any(
         not p.held
         and p.unit != "1"  # which say what form it has, and end where another form begins
-        and min(value - p.low, np.inf if p.endless else p.high - value) < AT_END * (p.high - p.low)
+        and min(value - p.low if p.low else np.inf, np.inf if p.endless else p.high - value)
+        < AT_END * (p.high - p.low)
         and abs(value - p.neutral) > AT_END * (p.high - p.low)
         for p, value in zip(effect.parameters, final.fit.effect_values[effect.name], strict=True)
     )

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mrctl.discover import verdict as module
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.noise_floor import Cycles, NoiseFloor
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
@@ -55,6 +56,27 @@ def test_an_effect_of_no_size_that_the_runs_agree_on_imitates_something_else(std
 def test_what_is_pushed_to_the_end_of_physics_imitates_something_else(values, bent):
     heats = effect("self_heating")
     assert _bent(heats, SimpleNamespace(fit=SimpleNamespace(effect_values={heats.name: values}))) is bent
+
+
+def test_a_mount_without_damping_is_not_at_the_end_of_physics():
+    mount = effect("mount_compliance")
+    fit = SimpleNamespace(effect_values={mount.name: (9e-7, 0.0)})
+    assert not _bent(mount, SimpleNamespace(fit=fit))
+
+
+@pytest.mark.parametrize(
+    ("count", "left", "verdict"),
+    [(2, 30.0, "found"), (3, 30.0, "unexplained"), (3, 15.0, "found"), (2, 120.0, "unexplained")],
+)
+def test_more_effects_must_explain_more_than_two(monkeypatch, count, left, verdict):
+    """left: of 1000 N² that could be removed, more than the noise."""
+    monkeypatch.setattr(module, "_imitates", lambda *_: False)
+    named = [
+        SimpleNamespace(trial=SimpleNamespace(effect=SimpleNamespace(name=f"e{k}")), rivals=[])
+        for k in range(count)
+    ]
+    base, final = proof(1010.0, 1020.0), proof(10.0 + left, 12.0 + left)
+    assert module._verdict(base, final, named, 1000.0, cleared=False)[0] == verdict
 
 
 def test_what_took_nearly_as_much_and_was_true_held_out_may_stand_in_its_place():

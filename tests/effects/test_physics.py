@@ -251,7 +251,7 @@ def test_an_end_stop_pushes_back_and_never_pulls(x, v, clearance, exponent, damp
 @given(st.floats(-1e5, 1e5), st.floats(50.0, 5e4), st.floats(1.0, 5e3))
 def test_cavitation_limits_compression_only_and_keeps_the_order_of_forces(force, limit, knee):
     step = effects()["cavitation"].step
-    plain = (limit, knee, 0.0, 2e-3, 0.0)
+    plain = (limit, knee, 0.0, 2e-3, 0.0, 0.0)
     limited = step(plain, [0.0], force, 0.0, 0.0, 0.001)
     assert limited >= -limit - 1e-9
     assert limited >= force - 1e-9
@@ -262,10 +262,14 @@ def test_cavitation_limits_compression_only_and_keeps_the_order_of_forces(force,
 
 def test_a_cavity_opens_by_what_the_fluid_does_not_follow_and_costs_rebound_force_until_it_is_closed():
     step, state = effects()["cavitation"].step, [0.0]
-    p = (500.0, 10.0, 0.8, 2e-3, 0.0)
+    p = (500.0, 10.0, 0.8, 2e-3, 0.0, 0.0)
     for _ in range(100):
         assert step(p, state, -1000.0, -0.2, 0.0, 0.001) == -500.0
     assert state[0] == pytest.approx(0.1 * 0.2 * 0.5)
+    partly = [0.0]
+    for _ in range(100):
+        step((*p[:5], 0.75), partly, -1000.0, -0.2, 0.0, 0.001)
+    assert partly[0] == pytest.approx(0.25 * state[0])
     back = [step(p, state, 800.0, 0.2, 0.0, 0.001) for _ in range(100)]
     assert back[0] == pytest.approx(800.0 * (1.0 - 0.8 * 0.01 / 0.012))
     assert np.all(np.diff(back) >= 0.0)
@@ -273,7 +277,7 @@ def test_a_cavity_opens_by_what_the_fluid_does_not_follow_and_costs_rebound_forc
 
 
 def test_the_gas_holds_up_more_the_further_the_rod_is_in():
-    step, p = effects()["cavitation"].step, (500.0, 10.0, 0.0, 2e-3, 8.0)
+    step, p = effects()["cavitation"].step, (500.0, 10.0, 0.0, 2e-3, 8.0, 0.0)
     limits = [step(p, [0.0], -2000.0, -0.2, x, 0.001) for x in (-0.05, 0.0, 0.05, 1.0)]
     assert limits == pytest.approx([-700.0, -500.0, -300.0, -50.0])
 

@@ -22,14 +22,14 @@ def step(
     """The force in N: as it is down to limit less knee, then bent, in a parabola, towards the limit.
 
     The gas that holds it up is the more compressed, the further the rod is in. What the fluid does not follow
-    opens a cavity, which the way back must close first.
+    opens a cavity, which the way back must close first, but for what a valve has let in meanwhile.
     """
     limit_n = p[0] * max(1.0 - p[4] * displacement_m, LEAST_SHARE)
     over = -force_n - limit_n + p[1]
     if over > 0.0:
         held_n = -limit_n if over >= 2.0 * p[1] else force_n + over * over / (4.0 * p[1])
         if force_n < 0.0:
-            s[0] += abs(velocity_m_s) * dt_s * (1.0 - held_n / force_n)
+            s[0] += (1.0 - p[5]) * abs(velocity_m_s) * dt_s * (1.0 - held_n / force_n)
         return held_n
     if velocity_m_s > 0.0 and s[0] > 0.0:
         force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
@@ -54,7 +54,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     stiffer = 0.2 / max(ranges.displacement_m, 1e-3)
     kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
     shares = (1.0, 0.95, 0.85, 0.7)
-    return [(share * most, 0.05 * most, loss, 2e-3, rise) for loss, rise in kinds for share in shares]
+    return [(share * most, 0.05 * most, loss, 2e-3, rise, 0.0) for loss, rise in kinds for share in shares]
 
 
 EFFECT = Effect(
@@ -63,7 +63,7 @@ EFFECT = Effect(
     summary="The compression force cannot exceed what the gas pressure holds up; beyond, vapour forms.",
     equation=(
         "F >= -limit (1 - rise x), with a parabola from limit - knee to limit + knee; "
-        "cavity y: dy/dt = |v| (1 - limit/|F|) while limited, -v on the way back, "
+        "cavity y: dy/dt = (1 - refilled) |v| (1 - limit/|F|) while limited, -v on the way back, "
         "where F is 1 - loss y/(y + closing) of itself"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
@@ -81,6 +81,17 @@ EFFECT = Effect(
             0.0,
             "growth of the limit as the rod goes in",
             1.0,
+            optional=True,
+        ),
+        Parameter(
+            "refilled",
+            "1",
+            0.0,
+            0.0,
+            0.95,
+            0.0,
+            "part of the cavity that other flow fills as it opens",
+            0.3,
             optional=True,
         ),
     ),
