@@ -72,7 +72,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
             points = [alone.pack({effect.name: p}) for p in effect.starting_points(ranges_of(model.records))]
             again += [np.concatenate([fit.theta, point]) for point in points]
             if effect.stage is Stage.TEMPERATURE:
-                cold = _without_temperature(fit)
+                cold = without_temperature(fit)
                 settled += [
                     heat(
                         np.concatenate([cold, point]),
@@ -107,7 +107,7 @@ def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, V
     return found
 
 
-def _without_temperature(fit: JointFit) -> Array:
+def without_temperature(fit: JointFit) -> Array:
     """The vector with h = 1: a base that had to make up for a fluid's own warmth has it in its h.
 
     From there no step leads to the h of a fluid that warms up, and above the case's temperatures it has none.

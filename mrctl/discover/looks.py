@@ -8,17 +8,20 @@ from functools import partial
 
 import numpy as np
 
+from mrctl.discover.grow import without_temperature
 from mrctl.discover.race import HEAT, HEAT_TOLERANCE
 from mrctl.discover.screen import Look, Screen, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.parallel import in_parallel
 from mrctl.identify.penalties import weighed_as
 from mrctl.model.effects.base import Effect, Stage, Vector
 
 CLIMBED = 7
 STARTS = 3  # from which an effect is looked at closely, ...
+WINDING = 0.1  # of h, that it goes back on its way
 KEPT = 0.5  # ... until one gives so much of what the glance at a few records promised there
 
 
@@ -64,11 +67,16 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
 
     A damper behind a dashpot yields at a speed in proportion to its force. A base without it has the mean of
     its knees in g; from there each small step towards a dashpot makes matters worse, until g is as sharp as
-    behind one. No tangent shows that. Nor that of a base which has a friction's knee in its g.
+    behind one. No tangent shows that. Nor that of a base which has a friction's knee in its g, or which has
+    bent its h to and fro for a warmth that the case does not show.
     """
+    fit = screen.tangent.fit
     if effect.far is None or screen.tangent.frozen:  # nothing may settle beside it
         return None
-    fit, few = screen.tangent.fit, screen.tangent.few(effect)
+    warm = effect.stage is Stage.TEMPERATURE
+    if warm and not winds(fit):
+        return None
+    few = screen.tangent.few(effect)
     alone, effects = Effects((effect,)), Effects((*fit.model.effects.chosen, effect))
     model = fit.model.with_effects(effects)
     joint, beside = (np.concatenate([fit.moving, own]) for own in (alone.free(), np.zeros(alone.size, bool)))
@@ -81,8 +89,9 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
     )
     own = few.with_effects(effects)
     points = [alone.pack({effect.name: effect.within(point)}) for point in effect.far(screen.ranges)]
-    starts = [np.concatenate([fit.theta, point]) for point in points]
-    if effect.stage is Stage.ADDITIVE:  # whose force is known: the base settles beside it first
+    base = without_temperature(fit) if warm else fit.theta
+    starts = [np.concatenate([base, point]) for point in points]
+    if warm or effect.stage is Stage.ADDITIVE:  # whose force is known: the base settles beside it first
         starts = [heat(own, start, free=beside).theta for start in starts]
     best = min((heat(own, start, free=joint) for start in starts), key=lambda one: one.total)
     if best.total >= replace(fit, model=few).total:
@@ -93,3 +102,11 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
             return None
     look = screen.at(effect, best.effect_values[effect.name])
     return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])
+
+
+def winds(fit: JointFit) -> bool:
+    """Whether a base's h goes to and fro over the case's temperatures, as no fluid's does."""
+    warmest = max(float(r.temperature_c.max()) for r in fit.model.records)
+    seen = fit.model.layout.temperature_c <= warmest
+    tables = (np.asarray(h)[seen] for h in (fit.tables.h_on, fit.tables.h_off))
+    return any(float(np.abs(np.diff(h)).sum() - np.ptp(h)) > WINDING for h in tables)

@@ -46,6 +46,10 @@ def _guesses(_: Ranges) -> list[Vector]:
     return [(1e-4, 200.0, 2.0, 0.0), (1e-3, 200.0, 2.0, 0.0), (5e-3, 70.0, 2.0, 0.0), (2e-2, 8.0, 2.0, 0.0)]
 
 
+def _far(ranges: Ranges) -> list[Vector]:
+    return _guesses(ranges)[1:3]
+
+
 def _plausible(p: Vector, _: Ranges) -> bool:
     """Something heats: a rise at the start alone is an error of the case's temperature."""
     return p[0] > LEAST_K_J
@@ -82,6 +86,7 @@ EFFECT = Effect(
     start=start,
     states=("fluid above case, K",),
     guesses=_guesses,
+    far=_far,
     derived=_derived,
     plausible=_plausible,
 )

@@ -1,0 +1,69 @@
+"""A fluid that warms itself at three temperatures of the case: the base bends its h to and fro for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mrctl.discover import looks as module
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.grow import grown
+from mrctl.discover.screen import Screen
+from mrctl.discover.tangent import Tangent
+from mrctl.measurements.run import Campaign, Run
+from mrctl.model.effects.registry import effect
+
+RATE_HZ, SECONDS, NOISE_N = 100.0, 40.0, 2.0
+CAPACITY_J_K, TRANSFER_W_K, RESISTANCE_OHM, CASE_SHARE = 250.0, 3.0, 3.0, 0.1
+RUNS = [
+    (0.0, 20.0, 0.6),
+    (1.5, 20.0, 0.1),
+    (0.7, 45.0, 0.25),
+    (1.5, 45.0, 0.15),
+    (0.7, 70.0, 0.2),
+    (0.2, 70.0, 0.3),
+]
+
+
+def _campaign(warming: float) -> Campaign:
+    random, runs = np.random.default_rng(6), []
+    t = np.arange(int(SECONDS * RATE_HZ)) / RATE_HZ
+    for k, (current_a, case_c, top_m_s) in enumerate(RUNS):
+        w = 2.0 * np.pi * (1.0 + 0.3 * k)
+        swell = 0.6 + 0.4 * np.sin(0.5 * t)
+        x = top_m_s / w * swell * np.sin(w * t)
+        v = np.gradient(x, 1.0 / RATE_HZ)
+        cold_n = (120.0 + 700.0 * np.tanh(current_a)) * (np.tanh(v / 0.03) + 0.8 * v)
+        fluid_c, temperature_c, force_n = case_c, np.empty(t.size), np.empty(t.size)
+        for n in range(t.size):
+            force_n[n] = cold_n[n] * np.exp(-0.012 * (fluid_c - 20.0))
+            temperature_c[n] = case_c + CASE_SHARE * (fluid_c - case_c)
+            power_w = abs(force_n[n] * v[n]) + RESISTANCE_OHM * current_a**2
+            lost_w = TRANSFER_W_K * (fluid_c - temperature_c[n])
+            fluid_c += warming * (power_w - lost_w) / CAPACITY_J_K / RATE_HZ
+        force_n += random.normal(0.0, NOISE_N, t.size)
+        columns = np.full(t.size, current_a), temperature_c, force_n, x, np.gradient(v, 1.0 / RATE_HZ)
+        runs.append(Run(f"{k}", Path(f"{k}.csv"), t, v, *columns, RATE_HZ))
+    return Campaign(Path("warm"), tuple(runs), "0" * 64)
+
+
+def _look(warming: float):
+    tangent = Tangent.of(Evidence.of(_campaign(warming)).base().fit)
+    screen = Screen(tangent)
+    return tangent, module._far_look(screen, effect("self_heating"))
+
+
+def test_a_warmth_for_which_the_base_bent_its_h_is_seen():
+    tangent, look = _look(1.0)
+    assert module.winds(tangent.fit)
+    assert look.gain > 0.5 * float(tangent.residual @ tangent.residual)
+    fit = grown(tangent, look)
+    assert fit.total < 0.4 * tangent.fit.total
+    assert 0.5 < fit.effect_values["self_heating"][0] * CAPACITY_J_K < 3.0  # on its way: h moves with it
+
+
+def test_where_nothing_warms_h_does_not_wind_and_the_far_look_is_spared():
+    tangent, look = _look(0.0)
+    assert not module.winds(tangent.fit)
+    assert look is None
