@@ -18,6 +18,7 @@ from mrctl.discover.figures import diagnosis_figures, parameters_of
 from mrctl.errors import InputError
 from mrctl.identify.best import identify_best
 from mrctl.measurements.left_out import part
+from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.yaml_source.writer import write_atomically
 
@@ -50,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     with Progress("Discovering", 1.0, quiet=args.quiet or args.json == "-") as progress:
         try:
             result = discover(campaign, progress.update)
-        except ValueError as error:
+        except FilterError as error:
             raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
     extension = result.extension
     name = args.name or Path(args.data).resolve().stem

@@ -16,6 +16,7 @@ from mrctl.discover.extended_calibration import write_extended
 from mrctl.discover.figures import parameters_of
 from mrctl.errors import InputError
 from mrctl.model.effects.registry import effect as effect_named
+from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.yaml_source.writer import write_atomically
 
@@ -66,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     with Progress("Extending", 1.0, quiet=args.quiet or args.json == "-") as progress:
         try:
             result = extend(campaign, kept, added, values, report=progress.update)
-        except ValueError as error:
+        except FilterError as error:
             raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
     what = "extend" if added else "remove " + ", ".join(args.remove)
     write_extended(

@@ -21,7 +21,7 @@ from mrctl.model.effects.base import Effect, Stage, Vector
 
 CLIMBED = 7
 STARTS = 3  # from which an effect is looked at closely, ...
-WINDING = 0.1  # of h, that it goes back on its way
+WINDING, FEWEST_TO_WIND = 0.1, 3  # of h, that it goes back on its way; over so many knots
 KEPT = 0.5  # ... until one gives so much of what the glance at a few records promised there
 
 
@@ -108,5 +108,7 @@ def winds(fit: JointFit) -> bool:
     """Whether a base's h goes to and fro over the case's temperatures, as no fluid's does."""
     warmest = max(float(r.temperature_c.max()) for r in fit.model.records)
     seen = fit.model.layout.temperature_c <= warmest
+    if np.count_nonzero(seen) < FEWEST_TO_WIND:
+        return False
     tables = (np.asarray(h)[seen] for h in (fit.tables.h_on, fit.tables.h_off))
     return any(float(np.abs(np.diff(h)).sum() - np.ptp(h)) > WINDING for h in tables)

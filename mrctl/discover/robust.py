@@ -59,7 +59,7 @@ def _common_limit(model: JointModel) -> float | None:
     if limit <= 0.0 or np.count_nonzero(stopped) < ALIKE:
         return None
     rebound = highs[stopped]
-    return limit if rebound.min() < (1.0 - UNLIKE_SHARE) * rebound.max() else None
+    return limit if np.ptp(rebound) > UNLIKE_SHARE * np.abs(rebound).max() else None
 
 
 def _below(fit: JointFit, limit: float) -> JointFit:

@@ -162,12 +162,12 @@ def _unsure(effect: Effect, final: Proof, spread: Mapping[str, Vector]) -> bool:
 def _bent(effect: Effect, final: Proof) -> bool:
     """Whether a fit has pushed an effect to the end of what is physical: then it imitates something else.
 
-    Where a parameter ends at 0, only what it stands for is not there: a mount without damping, say.
+    At the low end of a partial parameter only that part is not there: a mount's damping, say.
     """
     return any(
         not p.held
         and p.unit != "1"  # which say what form it has, and end where another form begins
-        and min(value - p.low if p.low else np.inf, np.inf if p.endless else p.high - value)
+        and min(np.inf if p.partial else value - p.low, np.inf if p.endless else p.high - value)
         < AT_END * (p.high - p.low)
         and abs(value - p.neutral) > AT_END * (p.high - p.low)
         for p, value in zip(effect.parameters, final.fit.effect_values[effect.name], strict=True)

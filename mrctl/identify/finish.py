@@ -32,7 +32,7 @@ TAMED_BAND_HZ = 40.0
 def damper_of(fit: JointFit) -> Damper:
     """The damper of a fit, with its effects; normalised to max |g| = 1, f from 0 A, filters at one rate.
 
-    What was not measured is filled in as `findings` says. Raises ValueError when the filter cannot be
+    What was not measured is filled in as `findings` says. Raises FilterError when the filter cannot be
     carried to the loop's rates.
     """
     layout, t = fit.model.layout, fit.tables
@@ -187,7 +187,7 @@ def _portable(theta: Array, rate_hz: float) -> Filter:
         tamed = hysteresis.as_filter(hysteresis.by_middle(np.asarray(x, dtype=np.float64)), rate_hz)
         if _carries(tamed):
             return tamed
-    raise ValueError("the hysteresis filter found cannot be carried to the loop's rates")
+    raise FilterError("the hysteresis filter found cannot be carried to the loop's rates")
 
 
 def _carries(f: Filter) -> bool:

@@ -45,11 +45,11 @@ def design_inverse_filter(forward: Filter) -> Filter:
     """The inverse of a stable forward filter, at its sample rate: proper, stable, third order, unit DC gain.
 
     The cascade is flat to 20 Hz and rolls off towards Nyquist; how flat it can be depends on the forward
-    filter's delay and zeros, which `cascade_error` of the calibration tells. Raises ValueError for an
+    filter's delay and zeros, which `cascade_error` of the calibration tells. Raises FilterError for an
     unstable forward filter.
     """
     if not forward.is_stable():
-        raise ValueError("an unstable filter has no inverse to design")
+        raise FilterError("an unstable filter has no inverse to design")
     found: list[tuple[float, Filter]] = []
     for fastest_hz, follow_hz, largest_gain in LADDER:
         shaping = Shaping(forward, follow_hz, largest_gain)

@@ -72,7 +72,7 @@ def linearise(
         slopes.static[:] += beside
         filtering.filter_rows(*coarse, bent, starts)
         slopes.values[slopes.static.shape[0] :] += bent + bent_beside
-    if not by_differences:
+    if (settings[Stage.LIMIT] or settings[Stage.OUTPUT]) and not by_differences:
         slopes.values[:] = _behind_the_sum(settings, (mean(here.sum_n), v, x), dt, starts, slopes.values)
     rows = slopes.in_blocks(factor // inner, effects.size, picked=picked)
 
@@ -113,7 +113,7 @@ def _behind_the_sum(
     settings: Settings,
     signals: tuple[Array, Array, Array],
     dt_s: float,
-    starts: NDArray[np.int64],
+    starts: Ints,
     rows: Array,
 ) -> Array:
     """The slopes behind what limits the sum of forces, and what measures it; signals: the sum, v and x."""

@@ -19,6 +19,8 @@ def carried(
     blocks. inputs (r, n) and beside (at most r, n): the changes of the two inputs, the second's 0 for the
     rest of the rows.
     """
+    if np.any(starts % factor):
+        raise ValueError("a stretch begins within a block")
     out = np.empty((by.shape[1] - first.shape[1], inputs.shape[0], inputs.shape[1] // factor))
     loop = compiled(loops.carried, loops.linear_block, "carried")
     contiguous = np.ascontiguousarray(inputs)
@@ -28,7 +30,7 @@ def carried(
 
 
 def heard(by: Array, first: Array, inputs: int = 2) -> tuple[Array, Array]:
-    """The same of those states alone that a change of the inputs moves and that the outputs hear of."""
+    """`by` and `first` without the states that no change moves, or that no output hears of."""
     size = first.shape[1]
     outputs = by.shape[1] - size
     touches = np.any(by != 0.0, axis=0)

@@ -12,7 +12,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from threading import RLock
@@ -96,8 +96,12 @@ def _make_known(step: FunctionType) -> list[FunctionType]:
 
 def _enclosed(function: Any) -> list[FunctionType]:  # noqa: ANN401 - any callable may be built around others
     """The plain functions that a function was built around."""
-    cells = [cell.cell_contents for cell in function.__closure__ or ()]
-    return [content for content in cells if isinstance(content, FunctionType)]
+    found = []
+    for cell in function.__closure__ or ():
+        with suppress(ValueError):  # an empty one
+            if isinstance(cell.cell_contents, FunctionType):
+                found.append(cell.cell_contents)
+    return found
 
 
 def _source_files(functions: list[Any]) -> list[Path] | None:

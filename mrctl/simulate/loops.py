@@ -21,7 +21,7 @@ Ints = NDArray[np.int64]
 P = Sequence[float]
 LoopOf = Callable[[Step], Step]
 
-LANES = 8  # changes that go through a step side by side, as wide as processors are
+LANES = 8  # changes that go through a step side by side: `linear_step` names each of them
 
 
 def borrowed(tables: StaticTables) -> StaticTables:
@@ -273,7 +273,7 @@ def carried(step: Step) -> Step:
         for m in range(0, rows, LANES):
             x[1] = 0.0
             for j in range(starts.size - 1):
-                picked(inputs, beside, m, starts[j], x)
+                gathered(inputs, beside, m, starts[j], x)
                 for i in range(states):
                     x[2 + i] = first[j, i, 0] * x[0] + first[j, i, 1] * x[1]
                 for block in range(starts[j] // factor, starts[j + 1] // factor):
@@ -298,7 +298,7 @@ def linear_block(
     share = 1.0 / factor
     total[:] = 0.0
     for k in range(block * factor, (block + 1) * factor):
-        picked(inputs, beside, m, k, x)
+        gathered(inputs, beside, m, k, x)
         linear_step(by, k, x, y)
         for o in range(outputs):
             for r in range(LANES):
@@ -315,7 +315,7 @@ def linear_step(by: Array, k: int, x: Array, y: Array) -> None:
         a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
         for c in range(x.shape[0]):
             slope = by[k, o, c]
-            if slope != 0.0:
+            if slope != 0.0:  # most of them are
                 a0 += slope * x[c, 0]
                 a1 += slope * x[c, 1]
                 a2 += slope * x[c, 2]
@@ -328,7 +328,7 @@ def linear_step(by: Array, k: int, x: Array, y: Array) -> None:
         y[o, 4], y[o, 5], y[o, 6], y[o, 7] = a4, a5, a6, a7
 
 
-def picked(inputs: Array, beside: Array, m: int, k: int, x: Array) -> None:
+def gathered(inputs: Array, beside: Array, m: int, k: int, x: Array) -> None:
     """Sample k of the rows from m on, the last one in place of those that there are not."""
     last = inputs.shape[0] - 1
     for r in range(LANES):

@@ -18,7 +18,8 @@ from mrctl.simulate.compiled import compiled
 from mrctl.simulate.run import Array, Ints
 from mrctl.simulate.stages import Chosen, limited, yielding
 
-STEP = 1e-6  # of the RMS of a signal, and of a state's largest value
+STEP = 1e-6  # of the RMS of a signal, and of a state's largest value; ...
+LEAST = 1e-9  # ... but no less than this: in what stands still a difference would be rounding
 
 
 def yield_slopes(
@@ -34,9 +35,10 @@ def yield_slopes(
     chosen: its effects; signals: force, velocity, displacement and level, (n) each; rows (m, n): the changes
     of the force before it, of which the first ones, as many as level_rows (l, n), come with one of the level.
     """
-    for effect, p in chosen:
+    for place, (effect, p) in enumerate(chosen):
+        if place:
+            signals = yielding([chosen[place - 1]], *signals, dt_s, starts), *signals[1:]
         rows = _through(effect, p, signals, (0, 3), dt_s, starts, rows, level_rows)
-        signals = yielding([(effect, p)], *signals, dt_s, starts), *signals[1:]
     return rows
 
 
@@ -47,9 +49,10 @@ def limit_slopes(
 
     signals: force, velocity and displacement, (n) each.
     """
-    for effect, p in chosen:
+    for place, (effect, p) in enumerate(chosen):
+        if place:
+            signals = limited([chosen[place - 1]], *signals, dt_s, starts), *signals[1:]
         rows = _through(effect, p, signals, (0,), dt_s, starts, rows)
-        signals = limited([(effect, p)], *signals, dt_s, starts), *signals[1:]
     return rows
 
 
@@ -108,7 +111,8 @@ def _step_slopes(
     rest = starts, np.stack(signals), dt_s
     call = _call(effect.stage, effect.step)
     compiled(loops.peaks, call, f"{effect.name}_peaks")(p, states.copy(), *rest, largest)
-    small = STEP * np.array([*(_size(signals[q]) for q in of), *np.where(largest > 0.0, largest, 1.0)])
+    sizes = [*(_size(signals[q]) for q in of), *np.where(largest > 0.0, largest, 1.0)]
+    small = np.maximum(STEP * np.array(sizes), LEAST)
     first = [(initial(q, by).reshape(states.shape) - states) / by for q, by in zip(of, small, strict=False)]
     by = np.empty((signals[0].size, 1 + size, len(of) + size))
     compiled(loops.slopes, call, f"{effect.name}_slopes")(p, states, *rest, np.array(of), small, by)

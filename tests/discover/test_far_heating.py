@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,13 @@ def test_a_warmth_for_which_the_base_bent_its_h_is_seen():
     fit = grown(tangent, look)
     assert fit.total < 0.4 * tangent.fit.total
     assert 0.5 < fit.effect_values["self_heating"][0] * CAPACITY_J_K < 3.0  # on its way: h moves with it
+
+
+def test_a_campaign_at_one_temperature_has_no_h_to_wind():
+    case_c = 15.3  # whose mean rounds to more than itself
+    runs = [replace(r, temperature_c=np.full(r.temperature_c.size, case_c)) for r in _campaign(0.0).runs[:2]]
+    tangent = Tangent.of(Evidence.of(Campaign(Path("steady"), tuple(runs), "0" * 64)).base().fit)
+    assert not module.winds(tangent.fit)
 
 
 def test_where_nothing_warms_h_does_not_wind_and_the_far_look_is_spared():

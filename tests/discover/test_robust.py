@@ -48,6 +48,7 @@ def test_records_that_stop_alike_in_compression_but_not_in_rebound_speak_for_a_l
         ((2000.0, 2000.0, 2000.0, 900.0), (2400.0, 2400.0, 2400.0, 1000.0)),  # three runs of one amplitude
         ((2000.0, 2000.0, 1500.0), (2400.0, 3000.0, 1800.0)),  # too few
         ((-5.0, -5.0, -5.0), (2400.0, 3000.0, 1800.0)),  # a damper that only pulls
+        ((1500.0, 1500.0, 1500.0), (-500.0, -500.0, -500.0)),  # one that only pushes, alike in all runs
     ],
 )
 def test_others_do_not(monkeypatch, compressions, rebounds):

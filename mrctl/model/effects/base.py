@@ -126,8 +126,9 @@ class Parameter:
     `neutral` together with the other neutral values makes the effect vanish exactly. `typical` is where
     a fit starts and `scale` how large a change is of interest there. A fit leaves a `held` parameter at
     its typical value unless asked. The force is `linear` in it when all else is fixed. Where a calibration
-    leaves an `optional` one out, it is neutral. An `endless` one's upper bound stands for none. Where
-    a unit counts in newtons, bounds are those in a damper of a usual size (`size.sized`).
+    leaves an `optional` one out, it is neutral. An `endless` one's upper bound stands for none; at a
+    `partial` one's lower bound the effect is there without that part. Where a unit counts in newtons, bounds
+    are those in a damper of a usual size (`size.sized`).
     """
 
     name: str
@@ -142,6 +143,7 @@ class Parameter:
     held: bool = False
     optional: bool = False
     endless: bool = False
+    partial: bool = False
 
     @property
     def step_scale(self) -> float:
@@ -230,7 +232,8 @@ class Effect:
     needs: frozenset[str] = frozenset()
     undo: Step | None = None  # step's arguments, its input replaced by the wanted output; gives the input
     guesses: Callable[[Ranges], Sequence[Vector]] | None = None  # starting points other than typical
-    # Points that no small step of a base leads to, though the fit with both is better there.
+    # Points that no small step of a base leads to, though the fit with both is better there. A warmth's are
+    # tried from a straight h, where a base has bent its own.
     far: Callable[[Ranges], Sequence[Vector]] | None = None
     derived: Callable[[Vector], Mapping[str, tuple[float, str]]] | None = None  # name: (value, unit)
     # Whether fitted parameters still describe this effect, and not another that it can imitate.

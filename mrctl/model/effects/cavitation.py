@@ -22,7 +22,7 @@ def step(
     """The force in N: as it is down to limit less knee, then bent, in a parabola, towards the limit.
 
     The gas that holds it up is the more compressed, the further the rod is in. What the fluid does not follow
-    opens a cavity, which the way back must close first, but for what a valve has let in meanwhile.
+    opens a cavity, which the way back must close first, but for what other flow has filled meanwhile.
     """
     limit_n = p[0] * max(1.0 - p[4] * displacement_m, LEAST_SHARE)
     over = -force_n - limit_n + p[1]

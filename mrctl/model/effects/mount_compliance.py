@@ -141,7 +141,7 @@ EFFECT = Effect(
         Parameter(
             "compliance_m_n", "m/N", 0.0, 0.0, 1e-2, 5e-7, "one over the mount's stiffness", endless=True
         ),
-        Parameter("damping_n_s_m", "N*s/m", 1e3, 0.0, 1e7, 1e3, "damping of the mount"),
+        Parameter("damping_n_s_m", "N*s/m", 1e3, 0.0, 1e7, 1e3, "damping of the mount", partial=True),
     ),
     step=step,
     inverse=Undo.OBSERVE,

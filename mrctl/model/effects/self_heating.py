@@ -46,8 +46,8 @@ def _guesses(_: Ranges) -> list[Vector]:
     return [(1e-4, 200.0, 2.0, 0.0), (1e-3, 200.0, 2.0, 0.0), (5e-3, 70.0, 2.0, 0.0), (2e-2, 8.0, 2.0, 0.0)]
 
 
-def _far(ranges: Ranges) -> list[Vector]:
-    return _guesses(ranges)[1:3]
+def _far(_: Ranges) -> list[Vector]:
+    return [(1e-3, 200.0, 2.0, 0.0), (5e-3, 70.0, 2.0, 0.0)]
 
 
 def _plausible(p: Vector, _: Ranges) -> bool:
