@@ -494,3 +494,10 @@ def test_a_gas_spring_rises_with_stroke(preload_n, stiffness_n_m, is_one):
     effect = effects()["gas_spring"]
     assert effect.plausible is not None
     assert effect.plausible((preload_n, stiffness_n_m, 0.0, 0.0), Ranges(0.03, 0.5, 2.0, 1e3)) is is_one
+
+
+@pytest.mark.parametrize(("p", "is_one"), [((3e-3, 60.0), True), ((0.0, 60.0), False), ((0.2, 2.0), False)])
+def test_what_cools_as_fast_as_may_be_is_no_warmth(p, is_one):
+    effect = effects()["self_heating"]
+    assert effect.plausible is not None
+    assert effect.plausible((*p, 2.0, 5.0), Ranges(0.03, 0.5, 2.0, 1e3)) is is_one

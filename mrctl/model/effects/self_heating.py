@@ -9,6 +9,7 @@ from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vec
 from mrctl.model.static import StaticTables, backbone_force
 
 LEAST_K_J = 1e-6  # a heat capacity of 1 MJ/K
+FASTEST_S = 2.0  # of a fluid's cooling: what goes faster, or would, is no warmth
 
 
 def step(
@@ -51,8 +52,8 @@ def _far(_: Ranges) -> list[Vector]:
 
 
 def _plausible(p: Vector, _: Ranges) -> bool:
-    """Something heats: a rise at the start alone is an error of the case's temperature."""
-    return p[0] > LEAST_K_J
+    """Something heats, and stays warm: a rise at the start alone is an error of the case's temperature."""
+    return p[0] > LEAST_K_J and p[1] > 1.001 * FASTEST_S
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
@@ -74,7 +75,14 @@ EFFECT = Effect(
     parameters=(
         Parameter("heating_k_j", "K/J", 0.0, 0.0, 0.3, 1e-3, "one over the heat capacity of the fluid"),
         Parameter(
-            "cooling_time_s", "s", 200.0, 2.0, 2e4, 200.0, "time constant of fluid against case", endless=True
+            "cooling_time_s",
+            "s",
+            200.0,
+            FASTEST_S,
+            2e4,
+            200.0,
+            "time constant of fluid against case",
+            endless=True,
         ),
         Parameter("resistance_ohm", "ohm", 2.0, 0.0, 20.0, 2.0, "resistance of the coil", held=True),
         Parameter("rise_at_start_k", "K", 0.0, -20.0, 100.0, 0.0, "fluid above case when a run begins", 5.0),
