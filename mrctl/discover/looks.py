@@ -70,9 +70,9 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
     behind one. No tangent shows that. Nor that of a base which has a friction's knee in its g, or which has
     bent its h to and fro for a warmth that the case does not show.
     """
-    fit = screen.tangent.fit
     if effect.far is None or screen.tangent.frozen:  # nothing may settle beside it
         return None
+    fit = screen.tangent.fit
     warm = effect.stage is Stage.TEMPERATURE
     if warm and not winds(fit):
         return None
