@@ -21,8 +21,8 @@ from mrctl.model.effects.base import Effect, Stage, Vector
 
 CLIMBED = 7
 STARTS = 3  # from which an effect is looked at closely, ...
-WINDING, FEWEST_TO_WIND = 0.1, 3  # of h, that it goes back on its way; over so many knots
 KEPT = 0.5  # ... until one gives so much of what the glance at a few records promised there
+WINDING, FEWEST_TO_WIND = 0.1, 3  # of h, that it goes back on its way; over so many knots
 
 
 def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
@@ -110,5 +110,5 @@ def winds(fit: JointFit) -> bool:
     seen = fit.model.layout.temperature_c <= warmest
     if np.count_nonzero(seen) < FEWEST_TO_WIND:
         return False
-    tables = (np.asarray(h)[seen] for h in (fit.tables.h_on, fit.tables.h_off))
+    tables = (h[seen] for h in (fit.tables.h_on, fit.tables.h_off))
     return any(float(np.abs(np.diff(h)).sum() - np.ptp(h)) > WINDING for h in tables)

@@ -134,8 +134,7 @@ def _verdict(
     if not named:
         return ("none", ()) if cleared else ("unexplained", ())
     explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
-    doubted = len(named) > MOST_IN_PART or _imitates(named, final)
-    if not cleared and explained < (NEARLY_ALL if doubted else EXPLAINED):
+    if not cleared and (explained < EXPLAINED or (explained < NEARLY_ALL and _doubted(named, final))):
         return "unexplained", ()
     if _foreseen(base, final) < FORESEEN:
         return "unexplained", ()
@@ -144,6 +143,11 @@ def _verdict(
     if rivals:
         return "ambiguous", tuple(dict.fromkeys([*names, *rivals]))
     return "found", tuple(names)
+
+
+def _doubted(named: list[Found], final: Proof) -> bool:
+    """Whether effects may have made up for what they are not: by their number, or by where they ended."""
+    return len(named) > MOST_IN_PART or _imitates(named, final)
 
 
 def _imitates(named: list[Found], final: Proof) -> bool:

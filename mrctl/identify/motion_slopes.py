@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.identify import base, filtering, hysteresis
 from mrctl.model.effects.base import Settings, Stage
-from mrctl.model.filters import plain_lag
+from mrctl.model.filters import Coefficients, plain_lag
 from mrctl.model.static import StaticTables
 from mrctl.simulate import Trace, loops, stages
 from mrctl.simulate.carried import carried, heard
@@ -19,7 +19,7 @@ from mrctl.simulate.step_slopes import additive_slopes
 
 Array = NDArray[np.float64]
 
-FILTER_STEP = 1e-4  # of a parameter's scale
+SLOPE_STEP = 1e-4  # of a parameter's scale
 VELOCITY_STEP_M_S = 1e-6
 STROKE_STEP_M = 1e-6
 
@@ -75,13 +75,16 @@ class Motion:
         static = self.here.level_n * self.here.shape
         lagged = filtering.filtered(*self._lag(self.filter), static, run.starts)
         rows = np.empty((self.filter.size, run.size))
-        for k, step in enumerate(FILTER_STEP * np.eye(self.filter.size)):
+        for k, step in enumerate(SLOPE_STEP * np.eye(self.filter.size)):
             rows[k] = filtering.filtered(*self._lag(self.filter + step), static, run.starts) - lagged
-        rows /= FILTER_STEP
+        rows /= SLOPE_STEP
         return self._rows(np.zeros_like(rows), rows, np.zeros(run.size), factor)
 
+    def _plain_lag(self, filter_: Array) -> Coefficients:
+        return plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients)
+
     def _lag(self, filter_: Array) -> tuple[Array, Array]:
-        b0, b1, b2, b3, *a = plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients)
+        b0, b1, b2, b3, *a = self._plain_lag(filter_)
         return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
 
     def _rows(self, static: Array, lagged_n: Array, gain: Array, factor: int) -> tuple[Array, Array | float]:
@@ -112,9 +115,8 @@ class Motion:
         step, start = effect.gives_way
         first = np.array(start(p, 1.0), dtype=np.float64)
         by = np.empty((run.size, 2 + first.size, 1 + first.size))
-        lag = plain_lag(hysteresis.as_filter(self.filter, 1.0 / run.dt_s).coefficients)
         loop = compiled(loops.way_slopes, step, f"{effect.name}_way")
-        loop(p, self.damping_n_s_m, lag, run.dt_s, by)
+        loop(p, self.damping_n_s_m, self._plain_lag(self.filter), run.dt_s, by)
         firsts = np.zeros((run.starts.size - 1, first.size, 2))
         firsts[:, :, 0] = first
         return heard(by, firsts, inputs=1)

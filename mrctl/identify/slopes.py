@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mrctl.identify import base, filtering, hysteresis
 from mrctl.identify.effects_fit import Dampers, Effects
 from mrctl.identify.layout import Layout, Tables
-from mrctl.identify.motion_slopes import Motion
+from mrctl.identify.motion_slopes import SLOPE_STEP, Motion
 from mrctl.model.effects.base import Settings, Stage
 from mrctl.simulate import Run, Trace, stages
 from mrctl.simulate.step_slopes import limit_slopes, yield_slopes
@@ -23,7 +23,6 @@ from mrctl.simulate.step_slopes import limit_slopes, yield_slopes
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SLOPE_STEP = 1e-4  # of a parameter's scale
 PUSH = 1e-4  # of the static force's size, when a slope is pushed through a stage by a difference
 
 

@@ -315,7 +315,7 @@ def linear_step(by: Array, k: int, x: Array, y: Array) -> None:
         a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
         for c in range(x.shape[0]):
             slope = by[k, o, c]
-            if slope != 0.0:  # most of them are
+            if slope != 0.0:  # many are 0
                 a0 += slope * x[c, 0]
                 a1 += slope * x[c, 1]
                 a2 += slope * x[c, 2]

@@ -52,7 +52,7 @@ def limit_slopes(
     for place, (effect, p) in enumerate(chosen):
         if place:
             signals = limited([chosen[place - 1]], *signals, dt_s, starts), *signals[1:]
-        rows = _through(effect, p, signals, (0,), dt_s, starts, rows)
+        rows = _through(effect, p, signals, (0, 1), dt_s, starts, rows)  # the velocity stays as it is
     return rows
 
 
@@ -80,25 +80,23 @@ def _through(
     effect: Effect,
     p: Vector,
     signals: Sequence[Array],
-    of: tuple[int, ...],
+    of: tuple[int, int],
     dt_s: float,
     starts: Ints,
     rows: Array,
     beside: Array | None = None,
     factor: int = 1,
 ) -> Array:
-    """What changes of one or two of an effect's signals, those at the places `of`, make of its force."""
-    by, first = heard(*_step_slopes(effect, p, signals, of, dt_s, starts), inputs=len(of))
-    if len(of) == 1:
-        by, first = np.insert(by, 1, 0.0, axis=2), np.insert(first, 1, 0.0, axis=2)
+    """What changes of two of an effect's signals, those at the places `of`, make of its force."""
+    by, first = heard(*_step_slopes(effect, p, signals, of, dt_s, starts))
     changed: Array = carried(by, first, starts, rows, beside, factor)[0]
     return changed
 
 
 def _step_slopes(
-    effect: Effect, p: Vector, signals: Sequence[Array], of: tuple[int, ...], dt_s: float, starts: Ints
+    effect: Effect, p: Vector, signals: Sequence[Array], of: tuple[int, int], dt_s: float, starts: Ints
 ) -> tuple[Array, Array]:
-    """Slopes of force and states by w signals and the states (n, 1 + k, w + k); of first states (m, k, w)."""
+    """Slopes of force and states by two signals and the states (n, 1 + k, 2 + k); of first ones (m, k, 2)."""
     firsts = [x[starts[:-1]] for x in signals]
 
     def initial(place: int = 0, by: float = 0.0) -> Array:
@@ -114,7 +112,7 @@ def _step_slopes(
     sizes = [*(_size(signals[q]) for q in of), *np.where(largest > 0.0, largest, 1.0)]
     small = np.maximum(STEP * np.array(sizes), LEAST)
     first = [(initial(q, by).reshape(states.shape) - states) / by for q, by in zip(of, small, strict=False)]
-    by = np.empty((signals[0].size, 1 + size, len(of) + size))
+    by = np.empty((signals[0].size, 1 + size, 2 + size))
     compiled(loops.slopes, call, f"{effect.name}_slopes")(p, states, *rest, np.array(of), small, by)
     return by, np.stack(first, axis=-1)
 

@@ -43,8 +43,8 @@ def start(
     return [p[3]]
 
 
-def _guesses(_: Ranges) -> list[Vector]:
-    return [(1e-4, 200.0, 2.0, 0.0), (1e-3, 200.0, 2.0, 0.0), (5e-3, 70.0, 2.0, 0.0), (2e-2, 8.0, 2.0, 0.0)]
+def _guesses(ranges: Ranges) -> list[Vector]:
+    return [(1e-4, 200.0, 2.0, 0.0), *_far(ranges), (2e-2, 8.0, 2.0, 0.0)]
 
 
 def _far(_: Ranges) -> list[Vector]:
