@@ -85,6 +85,8 @@ def budget_of(
     most = min(red, _steady(errors, own, beside, least))
     noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
     upper = noise if spectral is None else min(spectral.most_n**2, most)
+    if known.any():  # nor does it remember more than where runs repeat: it is one sensor's
+        upper = min(upper, (1.0 + FEW_DOUBT) * (max(coloured, 1.0) * usual + input_n2))
     doubted = min((1.0 + SPECTRAL_DOUBT) * noise, max(most, noise))
     # The sensor has at least the noise that it is known to have in some runs.
     sensor = float(sizes[known] @ np.maximum(noises - beside, 0.0)[known]) / samples

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.constancy import Change
+from mrctl.discover.courses import Course
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.exchange import exchanged
 from mrctl.discover.grow import settled
@@ -55,6 +56,7 @@ class Diagnosis:
     hidden: dict[str, str]  # effects that this campaign cannot show, and why
     next_run: NextRun | None
     evidence: Evidence
+    courses: Sequence[Course]  # that no effect has, of what the base leaves; most first
     seconds: float = 0.0  # that all of it took
     levels: list[Level] = field(default_factory=list)
 
@@ -141,6 +143,7 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
         {name: why for name, why in hidden.items() if name not in named_effects},
         proposal,
         evidence,
+        judged.courses,
         levels=levels,
     )
 

@@ -7,14 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.courses import Course
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.lines import Line
 from mrctl.discover.search import Trial
+from mrctl.discover.verdict import STRANGE
 from mrctl.discover.worth import accepted
 from mrctl.identify.joint_fit import JointFit, half_width_95
 from mrctl.model.effects.card import card
 
 Array = NDArray[np.float64]
+
+MOST_COURSES = 3
 
 
 def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
@@ -52,6 +56,11 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
                 for m in d.left.maps[:3]
                 if m.explained_n2 > 0.0
             ],
+            "courses": [
+                {"force": c.words, "explained_percent": 100.0 * c.share, "by_chance": c.chance}
+                for c in courses_told(d)
+            ],
+            "bursts_n": root(d.balance.bursts),
             "line": None if d.balance.line is None else _stated(d.balance.line),
             "hum": [_stated(hum) for hum in d.balance.hums],
         },
@@ -76,6 +85,13 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
         "next_run": None if d.next_run is None else d.next_run.figures(),
         "seconds": d.seconds,
     }
+
+
+def courses_told(d: Diagnosis) -> list[Course]:
+    """The courses that no effect has, of what the base leaves, which matter and are no chance; most first."""
+    if d.verdict != "unexplained":
+        return []
+    return [c for c in d.courses if c.certain and c.share > STRANGE][:MOST_COURSES]
 
 
 def _stated(line: Line) -> dict[str, float]:
@@ -159,11 +175,17 @@ def verdict_words(d: Diagnosis) -> str:
     if d.balance.line is not None:
         line = d.balance.line
         where += f" {root(line.mean_square_n2):.3g} N of it is a line at {line.frequency_hz:.0f} Hz."
+    where += "".join(
+        f" A force that {c.words} would take {100.0 * c.share:.0f} % of what the base leaves."
+        for c in courses_told(d)[:1]
+    )
+    if d.balance.bursts:
+        where += f" {root(d.balance.bursts):.3g} N of it comes in bursts: is it the load cell or its cable?"
     part = ""
     if d.found:
         helps = ", ".join(f.trial.effect.name for f in d.found)
         part = f" The nearest ({helps}) explains {explained_percent(d):.0f} % of it only."
-    left = root(d.removable)
+    left = root(max(d.removable, d.balance.bursts))
     return f"Something is missing that no known effect explains: {left:.3g} N.{part}{changing}{where}{floor}"
 
 

@@ -6,24 +6,33 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mrctl.discover.courses import Course, courses_of
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.lines import Line, hums_of, line_of, steady_noise
-from mrctl.discover.proof import Proof
-from mrctl.discover.rivals import Rival, rivals_of
+from mrctl.discover.proof import Proof, log_gain
+from mrctl.discover.rivals import CLOSE_SCORE, Rival, rivals_of
 from mrctl.discover.search import Level, Trial
+from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.structure import Structure, structure_of
 from mrctl.discover.worth import AT_END, LEAST_OF_FORCE, force_n2
 from mrctl.identify.joint_fit import half_width_95
+from mrctl.identify.noise import SCALE
 from mrctl.model.effects.base import Effect, Vector
 
-LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts
+Array = NDArray[np.float64]
+
+LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts, ...
+STRANGE = 0.04  # ... or a course that no effect has
+IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales
 EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
 NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it; ...
 MOST_IN_PART = 2  # ... nor are more effects than so many, which could make up for anything
 FORESEEN = 0.6  # of what they take off held-out data and what is missed there that the fit did not miss
 MANY_FOLDS = 4
 OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
+AS_MUCH = 0.97  # of what the effects take, that one course takes without them, if it is seen beside them too
 NEARLY_AS_GOOD, MOST_OTHERS = 0.7, 2  # of the gain of an effect found, and how many such others are kept
 NAMING = ("found", "ambiguous")  # verdicts that name effects
 
@@ -47,6 +56,8 @@ class Balance:
     left: float
     line: Line | None = None  # that stands out of the spectrum of what is left, and swells with the motion
     hums: Sequence[Line] = ()  # that do not: the measurement's own
+    bursts: float = 0.0  # of moments that no noise has, where they are most of it
+    courses: Sequence[Course] = ()  # that no effect has, of what is left; most first
 
     @property
     def cleared(self) -> bool:
@@ -54,7 +65,7 @@ class Balance:
         return self.left <= 0.0
 
 
-def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
+def balance_of(evidence: Evidence, final: Proof, left: Structure, courses: Sequence[Course]) -> Balance:
     """What a model leaves over the noise, beyond the doubt about the noise and the form of its tables."""
     budget = evidence.budget(final.fit)
     structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
@@ -66,9 +77,18 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure) -> Balance:
     if line is not None and steady_noise(line, errors, rates, [r.force_n for r in evidence.full], speeds):
         hums, line = [*hums, line], None
     shaken = 0.0 if line is None else line.mean_square_n2
-    over = max(budget.excess, structured, shaken)
+    strange = max((c.share for c in courses if c.certain and c.share > STRANGE), default=0.0)
+    over = max(budget.excess, structured, shaken, strange * final.mean_square)
     counts = over > LEAST_OF_FORCE**2 * force_n2(final)
-    return Balance(budget.total, budget.noise, budget.measured, over if counts else 0.0, line, hums)
+    left_n2, bursts = over if counts else 0.0, bursts_n2(errors)
+    return Balance(budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses)
+
+
+def bursts_n2(errors: Sequence[Array]) -> float:
+    """The mean square in moments that no noise has in errors (n each, N); 0 where they are few or small."""
+    beyond = [np.where(np.abs(e) > BURST * SCALE * np.median(np.abs(e)), e, 0.0) for e in errors]
+    shares = [float(b @ b) / max(float(e @ e), 1e-300) for b, e in zip(beyond, errors, strict=True)]
+    return mean_square(beyond) if float(np.median(shares)) > IN_BURSTS else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +103,7 @@ class Judged:
     removable: float
     verdict: str
     effects: tuple[str, ...]
+    courses: Sequence[Course]  # that no effect has, of what the base leaves; most first
 
     def unexplained(self) -> Judged:
         """The same model, of which no effect can be named."""
@@ -101,15 +122,48 @@ def judged_by(
     known_n2: the mean square that can be removed at least, if another model has shown so.
     """
     left = structure_of(final.fit, evidence.folds)
-    balance = balance_of(evidence, final, left)
+    beside = courses_of(final)
+    balance = balance_of(evidence, final, left, beside)
     removable = max(known_n2, base.mean_square - final.mean_square + balance.left)
     found = [
         Found(trial, rivals_of(trial, level, cleared=balance.cleared), _nearly_as_good(trial, level))
         for trial, level in stands
     ]
+    courses = courses_of(base) if final is not base else beside
     cleared = balance.cleared and not known_n2
+    if not found:
+        cleared = cleared and not balance.bursts
     verdict, effects = _verdict(base, final, found, removable, cleared=cleared)
-    return Judged(final, stands, left, balance, found, removable, verdict, effects)
+    judged = Judged(final, stands, left, balance, found, removable, verdict, effects, courses)
+    if verdict in NAMING and stranger(base, final, stands, courses, beside) is not None:
+        return judged.unexplained()
+    return judged
+
+
+def stranger(
+    base: Proof,
+    final: Proof,
+    stands: Sequence[tuple[Trial, Level]],
+    alone: Sequence[Course],
+    beside: Sequence[Course],
+) -> Course | None:
+    """A course that no effect has, which says more of what is missing than the effects named; None if none.
+
+    alone, beside: the courses of what the base leaves, and the final model. It takes more without the effects
+    than they do, for its parameters; or it is still seen beside them, and takes about as much as they.
+    """
+    names = {trial.effect.name for trial, _ in stands}
+    parameters = sum(trial.parameters for trial, _ in stands)
+    score = log_gain(base, final) - parameters * float(np.log(final.independent))
+    taken = base.mean_square - final.mean_square
+    seen = {c.words for c in beside if c.certain}
+    for course in alone:
+        if not course.certain or course.alike & names:
+            continue
+        better = course.score > score + CLOSE_SCORE
+        if better or (course.words in seen and course.share * base.mean_square > AS_MUCH * taken):
+            return course
+    return None
 
 
 def _nearly_as_good(chosen: Trial, level: Level) -> list[Effect]:

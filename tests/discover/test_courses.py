@@ -1,0 +1,131 @@
+"""Physics that no effect describes is seen for what it is, and beside a true effect nothing is seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from discover.hidden import rich
+
+from mrctl.discover.courses import Course, courses_of
+from mrctl.discover.diagnose import diagnose
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.figures import diagnosis_figures
+from mrctl.discover.proof import Proof
+from mrctl.discover.verdict import STRANGE, bursts_n2, stranger
+from mrctl.measurements.run import Campaign
+
+SPRING = {"gas_spring": {"preload_n": 40.0, "stiffness_n_m": 3000.0, "progression_per_m": 4.0}}
+
+
+def changed(campaign: Campaign, force) -> Campaign:
+    """The campaign with what `force` makes of each run's own."""
+    runs = tuple(replace(r, force_n=force(k, r)) for k, r in enumerate(campaign.runs))
+    return replace(campaign, runs=runs)
+
+
+def path(run):
+    return np.cumsum(np.abs(run.velocity_m_s)) * run.dt_s
+
+
+STRANGERS = {
+    "fades or grows with the path travelled": lambda _, r: r.force_n * (1.0 + 0.3 * np.exp(-path(r) / 0.1)),
+    "fades or grows in the course of a run": lambda _, r: r.force_n * (1.0 + 0.2 * np.exp(-r.time_s / 1.0)),
+    "grows or fades from run to run": lambda k, r: r.force_n * (1.0 + 0.02 * k),
+    "has a stiffness that hangs on the current": lambda _, r: (
+        r.force_n + 1e3 * r.displacement_m * r.current_a
+    ),
+    "has a friction or damping that hangs on the stroke": lambda _, r: (
+        r.force_n + 3e3 * np.sqrt(np.abs(r.velocity_m_s)) * np.sign(r.velocity_m_s) * np.abs(r.displacement_m)
+    ),
+    "hangs on the stroke otherwise in rebound than in compression": lambda _, r: (
+        r.force_n + 6.0 * np.abs(r.force_n) * r.displacement_m
+    ),
+}
+
+
+@cache
+def base_of(seed: int = 2) -> tuple[Evidence, Proof]:
+    evidence = Evidence.of(rich(seed=seed))
+    return evidence, evidence.base()
+
+
+@pytest.mark.parametrize("words", STRANGERS)
+def test_a_force_of_a_strange_course_is_seen_for_what_it_is(words):
+    evidence = Evidence.of(changed(rich(), STRANGERS[words]))
+    first, *_ = courses_of(evidence.base())
+    assert first.words == words
+    assert first.certain
+    assert first.share > 0.3
+
+
+def test_noise_has_no_course():
+    _, base = base_of()
+    assert not [c for c in courses_of(base) if c.certain and c.share > STRANGE]
+
+
+def test_a_true_effect_leaves_no_course_and_has_none_in_its_place():
+    found = diagnose(rich(SPRING))
+    assert (found.verdict, found.effects) == ("found", ("gas_spring",))
+    assert not [c for c in found.balance.courses if c.certain and c.share > STRANGE]
+    assert diagnosis_figures(found)["structure"]["courses"] == []
+
+
+def test_a_force_that_fades_with_the_path_is_not_called_heating():
+    found = diagnose(changed(rich(), STRANGERS["fades or grows with the path travelled"]))
+    assert (found.verdict, found.effects) == ("unexplained", ())
+    figures = diagnosis_figures(found)
+    assert figures["structure"]["courses"][0]["force"] == "fades or grows with the path travelled"
+    assert "fades or grows with the path travelled" in figures["words"]
+
+
+def course(words: str, share: float, score: float, *alike: str) -> Course:
+    return Course(words, share, score, 0.0, frozenset(alike))
+
+
+@pytest.mark.parametrize(
+    ("alone", "beside", "which"),
+    [
+        (course("fades", 0.92, 3000.0), (), "fades"),  # more than the effect takes, for its parameters
+        (course("fades", 0.89, 2000.0), (), None),  # about as much, and gone beside it
+        (course("fades", 0.89, 2000.0), (course("fades", 0.02, 50.0),), "fades"),  # and seen beside it
+        (course("fades", 0.5, 700.0), (course("fades", 0.02, 50.0),), None),
+        (course("fades", 0.92, 3000.0, "warmth"), (), None),  # the effect in another form
+        (course("fades", 0.89, 2000.0), (course("fades", 0.02, 5.0),), None),  # by chance
+    ],
+)
+def test_a_course_that_says_more_than_an_effect_takes_its_name_away(alone, beside, which):
+    def proof(mean_square):
+        return SimpleNamespace(
+            mean_square=mean_square,
+            inside=np.array([1000.0 * mean_square]),
+            counts=np.array([1000.0]),
+            colour=np.array([1.0]),
+            independent=1000.0,
+        )
+
+    trial = SimpleNamespace(effect=SimpleNamespace(name="warmth"), parameters=2)
+    found = stranger(proof(100.0), proof(10.0), [(trial, None)], [alone], beside)
+    assert (found and found.words) == which
+
+
+def test_bursts_are_no_noise():
+    rng = np.random.default_rng(4)
+    noise = [rng.normal(0.0, 5.0, 4000) for _ in range(5)]
+    assert bursts_n2(noise) == 0.0
+    struck = [n + 300.0 * (rng.random(n.size) < 0.002) for n in noise]
+    assert bursts_n2(struck) == pytest.approx(300.0**2 * 0.002, rel=0.3)
+    assert bursts_n2([*noise[:3], *struck[3:]]) == 0.0  # two runs of five
+
+
+def test_a_load_cell_that_is_struck_is_not_called_sound():
+    def struck(k, run):
+        rng = np.random.default_rng(k)
+        return run.force_n + 400.0 * (rng.random(run.force_n.size) < 0.003) * rng.choice([-1.0, 1.0])
+
+    found = diagnose(changed(rich(), struck))
+    assert found.verdict == "unexplained"
+    assert "bursts" in diagnosis_figures(found)["words"]
