@@ -23,7 +23,7 @@ from mrctl.discover.rivals import simplest
 from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.stands import confirmed, constant, retimed
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.verdict import NAMING, Balance, Found, judged_by
+from mrctl.discover.verdict import EXPLAINED, NAMING, Balance, Found, judged_by
 from mrctl.discover.worth import accepted, matters
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
@@ -35,6 +35,7 @@ Report = Callable[[float, str], None]
 MOST_EFFECTS = 4
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 EVENED = 4  # times that the runs' scales are taken: the first time the tables have made up for some
+MUCH_MORE = 3.0  # of what the last effect took, that one found later may take
 AS_WELL = 1.05  # in what is left, of a diagnosis with more effects
 
 
@@ -102,8 +103,8 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
     report(0.3, "candidates")
-    levels, found, last = _search(evidence, base, candidates, report)
-    base, final = levels[0].before, levels[-1].before  # in the best valleys that the search came by
+    levels, found, last, final = _search(evidence, base, candidates, report)
+    base = levels[0].before  # in the best valley that the search came by, as the final model
     untestable |= why_own(final, [t.effect.name for t in found], known)
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
     if found and not stands:
@@ -150,8 +151,11 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
 
 def _search(
     evidence: Evidence, base: Proof, candidates: list[Effect], report: Report
-) -> tuple[list[Level], list[Trial], Level | None]:
-    """The rounds, the effects found, and the round in which the last was; None where it took one's place."""
+) -> tuple[list[Level], list[Trial], Level | None, Proof]:
+    """The rounds, the effects found, the round in which the last was, and the model with them.
+
+    That round is None where the last one took another's place.
+    """
     here = base
     found: list[Trial] = []
     levels: list[Level] = []
@@ -187,7 +191,16 @@ def _search(
             continue
         here, last = settled(best.proof, evidence.folds), level
         found.append(best)
-    return levels, found, last
+        if _hopeless(evidence, levels[0].before, level.before, here, most - len(found)):
+            break
+    return levels, found, last, here
+
+
+def _hopeless(evidence: Evidence, base: Proof, before: Proof, here: Proof, rounds: int) -> bool:
+    """Whether so many more effects can't explain what is missing, if none takes much more than the last."""
+    taken, last = (was.mean_square - here.mean_square for was in (base, before))
+    removable = taken + evidence.budget(here.fit).excess
+    return taken + rounds * MUCH_MORE * last < EXPLAINED * removable
 
 
 def _best(evidence: Evidence, level: Level, good: Sequence[Trial]) -> Trial | None:

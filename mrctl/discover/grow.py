@@ -88,7 +88,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
             for theta, own in _late(fit, before.few(effect), effect)
         ]
     every = [start, *settled, *(with_plain_lag(model, one) for one in again)]
-    return raced(every, heat, fitted, model.cost, ITERATIONS)
+    return raced(every, heat, fitted, model.cost, ITERATIONS, fit.total)
 
 
 def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, Vector]]:

@@ -104,6 +104,13 @@ def what_is_missing(page: Page, d: Diagnosis, figures: Figures) -> None:
             ),
             "Base and effect are fitted together; what counts is the error on data left out of the fit.",
         )
+    told = figures["structure"]["courses"]
+    if told:
+        page.table(
+            ["a force that", "takes of what the base leaves, %"],
+            [[course["force"], course["explained_percent"]] for course in told],
+            "Courses that no effect in the library has",
+        )
     _maps(page, d)
 
 

@@ -107,8 +107,10 @@ def search_level(
     for other in [] if own else second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage not in DEAR_TOGETHER]
-        few = looks(frozen, cheap)[:MOST_SECOND]
-        few = [one for one in few if one.gain > NEAR * few[0].gain]
+        rest = float(frozen.residual @ frozen.residual)
+        few = [
+            one for one in looks(frozen, cheap)[:MOST_SECOND] if one.gain > NEAR * rest and one.acts_rarely
+        ]
         for trial in in_parallel(partial(tried, before, frozen, folds), few):
             same = next((t for t in trials if t.effect.name == trial.effect.name), None)
             if same is None or trial.proof.mean_square < same.proof.mean_square:

@@ -24,7 +24,7 @@ from mrctl.model.effects.base import Effect, Vector
 Array = NDArray[np.float64]
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts, ...
-STRANGE = 0.04  # ... or a course that no effect has
+STRANGE = 0.05  # ... or a course that no effect has
 IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales
 EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
 NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it; ...
@@ -211,9 +211,14 @@ def _imitates(named: list[Found], final: Proof) -> bool:
 
 
 def _unsure(effect: Effect, final: Proof, spread: Mapping[str, Vector]) -> bool:
-    """Whether by its spread (SI) each parameter that a fit moved may as well be the one without an effect."""
-    each = zip(effect.parameters, final.fit.effect_values[effect.name], spread[effect.name], strict=True)
-    told = [abs(value - p.neutral) > half_width_95(std) for p, value, std in each if std > 0.0]
+    """Whether by its spread (SI) each size that a fit moved may as well be the one without an effect.
+
+    Where the force is linear in some parameters these are its sizes; a shape has no value without an effect.
+    """
+    values = final.fit.effect_values[effect.name]
+    each = list(zip(effect.parameters, values, spread[effect.name], strict=True))
+    sizes = [one for one in each if one[0].linear] or each
+    told = [abs(value - p.neutral) > half_width_95(std) for p, value, std in sizes if std > 0.0]
     return bool(told) and not any(told)
 
 

@@ -42,6 +42,7 @@ class Solution:
     iterations: int
     converged: bool
     held: NDArray[np.bool_]  # parameters at a bound or not free
+    last_gain: float = 0.0  # what the last step took off the cost
 
 
 def solve(
@@ -77,6 +78,7 @@ def solve(
     small = 0
     held = ~free
     done = 0
+    gain = 0.0
     while done < iterations:
         done += 1
         gradient = -system.right + sum((p.weight * p.slope(theta) for p in penalties), np.zeros(theta.size))
@@ -110,7 +112,7 @@ def solve(
         if small and (full_step or small >= PATIENCE):
             converged = True
             break
-    return Solution(theta, system, done, converged, held)
+    return Solution(theta, system, done, converged, held, gain)
 
 
 @dataclass(frozen=True, slots=True)

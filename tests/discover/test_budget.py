@@ -137,3 +137,14 @@ def test_noise_that_some_runs_show_is_granted_to_all_but_not_what_no_sensor_make
     floors = [floor_of(e) for e in slow]
     floors[:3] = [cyclic(60.0, e) for e in slow[:3]]
     assert left(slow, floors).most_noise < 1.5 * (5.0 * 5.0) ** 2
+
+
+def test_noise_remembers_no_more_than_where_runs_show_it():
+    """A slow error in the runs that do not repeat has a colour that the sensor is known not to have."""
+    rng = np.random.default_rng(9)
+    errors = [4.0 * rng.standard_normal(N) for _ in range(RUNS)]
+    slow = [e + coloured(rng, 0.97, 12.0) if k > 1 else e for k, e in enumerate(errors)]
+    floors = [floor_of(e) for e in slow]
+    known = [NoiseFloor(4.0, "cycles", f.lower_bound_n) for f in floors[:2]]
+    assert left(slow, floors).excess == 0.0
+    assert left(slow, [*known, *floors[2:]]).excess > 0.0

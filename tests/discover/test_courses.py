@@ -18,8 +18,6 @@ from mrctl.discover.proof import Proof
 from mrctl.discover.verdict import STRANGE, bursts_n2, stranger
 from mrctl.measurements.run import Campaign
 
-SPRING = {"gas_spring": {"preload_n": 40.0, "stiffness_n_m": 3000.0, "progression_per_m": 4.0}}
-
 
 def changed(campaign: Campaign, force) -> Campaign:
     """The campaign with what `force` makes of each run's own."""
@@ -65,13 +63,6 @@ def test_a_force_of_a_strange_course_is_seen_for_what_it_is(words):
 def test_noise_has_no_course():
     _, base = base_of()
     assert not [c for c in courses_of(base) if c.certain and c.share > STRANGE]
-
-
-def test_a_true_effect_leaves_no_course_and_has_none_in_its_place():
-    found = diagnose(rich(SPRING))
-    assert (found.verdict, found.effects) == ("found", ("gas_spring",))
-    assert not [c for c in found.balance.courses if c.certain and c.share > STRANGE]
-    assert diagnosis_figures(found)["structure"]["courses"] == []
 
 
 def test_a_force_that_fades_with_the_path_is_not_called_heating():

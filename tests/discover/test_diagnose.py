@@ -8,6 +8,7 @@ from mrctl.discover.diagnose import diagnose
 from mrctl.discover.discover import discover
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.figures import diagnosis_figures
+from mrctl.discover.verdict import STRANGE
 
 SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progression_per_m": 2.0}}
 
@@ -38,6 +39,7 @@ def test_a_hidden_effect_is_named_and_measured(hidden):
     assert top["significant"]
     assert top["rmse_n"] < 1.1 * NOISE_N < figures["rmse_n"]
     assert "left over the noise" not in figures["words"]
+    assert not [c for c in result.balance.courses if c.certain and c.share > STRANGE]
     more = replace(result, balance=replace(result.balance, left=9.0))
     assert "3 N are left over the noise" in diagnosis_figures(more)["words"]
     key = next(iter(values))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mrctl.discover import looks as module
+from mrctl.discover.screen import Look
 
 PROMISES = [(9.0, (1.0,)), (8.0, (2.0,)), (7.0, (3.0,)), (6.0, (4.0,))]
 
@@ -47,3 +48,11 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
     (look,) = module.looks(whole, [SimpleNamespace(far=None)])
     assert look.gain == best
     assert len(_Screen.asked) == asked
+
+
+@pytest.mark.parametrize(("held", "rarely"), [(1.0, False), (0.05, True), (0.5, False)])
+def test_a_stop_acts_rarely_and_a_spring_does_not(held, rarely):
+    """held: the share of the samples in which the force acts."""
+    force = np.where(np.arange(1000) < 1000 * held, np.sin(np.arange(1000)), 0.0)
+    look = Look(None, 1.0, (), force, np.zeros((0, 1000)), np.zeros(0), True, 1.0, 1.0, np.zeros(0, bool))
+    assert look.acts_rarely is rarely

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.race import raced
+from mrctl.discover.race import HEAT, raced
 
 A, B = np.array([1.0]), np.array([2.0])
 
@@ -22,7 +22,8 @@ def test_where_all_data_speak_against_the_choice_another_start_is_tried(ends_at,
 
     def fitted(theta, **_):
         asked.append(float(theta[0]))
-        return SimpleNamespace(theta=theta + 10.0, total=ends[float(theta[0])])
+        there = SimpleNamespace(converged=True, last_gain=0.0)
+        return SimpleNamespace(theta=theta + 10.0, total=ends[float(theta[0])], solution=there)
 
     def cost(theta):
         place = float(theta[0])
@@ -31,3 +32,17 @@ def test_where_all_data_speak_against_the_choice_another_start_is_tried(ends_at,
     fit = raced([A, B], heat, fitted, cost, 20)
     assert len(asked) == fits
     assert np.array_equal(fit.theta, best + 10.0)
+
+
+@pytest.mark.parametrize(("last_gain", "asked"), [(1.0, [HEAT]), (5.0, [HEAT, 20 - HEAT])])
+def test_a_fit_that_is_not_on_its_way_below_what_is_known_ends_early(last_gain, asked):
+    """At a cost of 100 after the first iterations, with 16 more to come, where a fit of 50 is known."""
+    asked_for = []
+
+    def fitted(theta, *, iterations: int, **_):
+        asked_for.append(iterations)
+        return SimpleNamespace(theta=theta, total=100.0, solution=there)
+
+    there = SimpleNamespace(converged=False, last_gain=last_gain)
+    raced([A], lambda theta, **_: SimpleNamespace(theta=theta, total=1.0), fitted, lambda _: 100.0, 20, 50.0)
+    assert asked_for == asked

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mrctl.discover import verdict as module
+from mrctl.discover.diagnose import _hopeless
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.noise_floor import Cycles, NoiseFloor
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
@@ -43,6 +44,14 @@ def test_an_effect_of_no_size_that_the_runs_agree_on_imitates_something_else(std
     heats = effect("self_heating")
     fit = SimpleNamespace(effect_values={heats.name: (0.03, 200.0, 2.0, 4.0)})
     assert _unsure(heats, SimpleNamespace(fit=fit), {heats.name: std}) is unsure
+
+
+def test_an_effect_s_sizes_are_asked_and_not_its_shapes():
+    off = effect("off_state_backbone")
+    fit = SimpleNamespace(effect_values={off.name: (3.0, 7.27, 0.237, 0.463)})
+    sure_of_its_shape = {off.name: (0.0, 3.86, 0.01, 0.008)}
+    assert _unsure(off, SimpleNamespace(fit=fit), sure_of_its_shape)
+    assert not _unsure(off, SimpleNamespace(fit=fit), {off.name: (0.0, 1.0, 0.01, 0.008)})
 
 
 @pytest.mark.parametrize(
@@ -161,3 +170,20 @@ def test_an_effect_that_does_worse_on_the_runs_whole_is_not_borne_out(searched_s
     left = {"better": [np.full(9, better_n)], "plain": [np.full(9, 4.0)]}
     evidence = SimpleNamespace(records=searched, full=full, steady_errors=left.get)
     assert Evidence.bears_out(evidence, "better", "plain") is borne_out
+
+
+@pytest.mark.parametrize(
+    ("before", "here", "excess", "rounds", "hopeless"),
+    [
+        (100.0, 97.0, 90.0, 3, True),  # 3 taken, at most 27 to come, of 93
+        (100.0, 80.0, 75.0, 3, False),
+        (100.0, 97.0, 0.0, 3, False),  # nothing is left
+        (60.0, 55.0, 50.0, 2, True),  # 45 taken, at most 30 to come, of 95
+    ],
+)
+def test_a_search_ends_where_no_more_effects_can_explain_what_is_missing(
+    before, here, excess, rounds, hopeless
+):
+    evidence = SimpleNamespace(budget=lambda _: SimpleNamespace(excess=excess))
+    proofs = (SimpleNamespace(mean_square=m, fit=None) for m in (100.0, before, here))
+    assert _hopeless(evidence, *proofs, rounds) is hopeless

@@ -71,7 +71,9 @@ EFFECT = Effect(
         Parameter("limit_n", "N", NO_LIMIT_N, 50.0, NO_LIMIT_N, 1000.0, "largest compression force"),
         Parameter("knee_n", "N", 50.0, 1.0, 5e3, 50.0, "half width of the transition to it"),
         Parameter("loss", "1", 0.0, 0.0, 1.0, 0.0, "of the rebound force while a cavity is open", 0.3),
-        Parameter("closing_m", "m", 2e-3, 1e-4, 0.02, 2e-3, "cavity at which half of that is lost"),
+        Parameter(
+            "closing_m", "m", 2e-3, 1e-4, 0.02, 2e-3, "cavity at which half of that is lost", partial=True
+        ),
         Parameter(
             "rise_per_m",
             "1/m",
