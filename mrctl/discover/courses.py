@@ -15,6 +15,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 from scipy.signal import lfilter
 
 from mrctl.discover.proof import Proof, chance
@@ -71,6 +72,7 @@ class _Kind:
     words: str
     make: Callable[[_Signals], Iterator[list[Column]]]
     alike: tuple[str, ...] = ()
+    low: float = -np.inf  # of a column's size: a rubber's stiffness is not negative
 
 
 def courses_of(proof: Proof) -> list[Course]:
@@ -83,7 +85,7 @@ def courses_of(proof: Proof) -> list[Course]:
         return []
 
     def judged(kind: _Kind) -> Course:
-        found = [(_taken(tangent, columns) / whole, len(columns)) for columns in kind.make(signals)]
+        found = [(_taken(tangent, columns, kind.low) / whole, len(columns)) for columns in kind.make(signals)]
         share, columns = max(found, default=(0.0, 1))
         parameters = columns + (len(found) > 1)
         gain = -samples * float(np.log1p(-min(share, 1.0 - 1e-12)))
@@ -94,18 +96,18 @@ def courses_of(proof: Proof) -> list[Course]:
     return sorted(in_parallel(judged, KINDS), key=lambda c: -c.share)
 
 
-def _taken(tangent: Tangent, columns: Sequence[Column]) -> float:
-    """What columns of force take off the weighed square sum."""
+def _taken(tangent: Tangent, columns: Sequence[Column], low: float) -> float:
+    """What columns of force, of sizes from `low` up, take off the weighed square sum."""
     rows = np.array([tangent.stacked(column) for column in columns])
-    size = np.sum(rows**2, axis=1)
-    rows, size = rows[size > 0.0], size[size > 0.0]
-    beyond = tangent.beyond(rows / np.sqrt(size)[:, None]) if size.size else rows
+    size = np.sqrt(np.sum(rows**2, axis=1))
+    beyond = tangent.beyond(rows / np.maximum(size, 1e-300)[:, None])
     beyond = beyond[np.sum(beyond**2, axis=1) > SAME]
     if not beyond.size:
         return 0.0
-    answer, *_ = np.linalg.lstsq(beyond.T, tangent.residual, rcond=1e-6)
-    rest = tangent.residual - answer @ beyond
-    return float(tangent.residual @ tangent.residual - rest @ rest)
+    axes, spread, _ = np.linalg.svd(beyond @ beyond.T)
+    root = axes * np.sqrt(np.maximum(spread, SAME * spread[0]))  # root root' is the columns' gram
+    target = np.linalg.solve(root, beyond @ tangent.residual)
+    return float(target @ target - 2.0 * lsq_linear(root.T, target, (low, np.inf)).cost)
 
 
 def _fading(s: _Signals, driver: Callable[[Record, Array], Array]) -> Iterator[list[Column]]:
@@ -235,7 +237,7 @@ KINDS = (
     ),
     _Kind("has a friction or damping that hangs on the stroke", _by_place, ("stroke_dependent_damping",)),
     _Kind("hangs on the stroke otherwise in rebound than in compression", _each_way),
-    _Kind("has a stiffness that relaxes", _relaxing),
+    _Kind("has a stiffness that relaxes", _relaxing, low=0.0),
     _Kind("is told too large or too small where it is large", _bent_cell, ("rebound_asymmetry",)),
 )
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from discover.hidden import rich
+from scipy.signal import lfilter
 
 from mrctl.discover.courses import Course, courses_of
 from mrctl.discover.diagnose import diagnose
@@ -29,7 +30,15 @@ def path(run):
     return np.cumsum(np.abs(run.velocity_m_s)) * run.dt_s
 
 
+def relaxed(run, time_s):
+    """The stroke of a spring behind a dashpot, which gives way in that time."""
+    keep = np.exp(-run.dt_s / time_s)
+    gone = lfilter([1.0 - keep], [1.0, -keep], run.displacement_m, zi=[keep * run.displacement_m[0]])[0]
+    return run.displacement_m - gone
+
+
 STRANGERS = {
+    "has a stiffness that relaxes": lambda _, r: r.force_n + 4e3 * relaxed(r, 0.25) + 8e3 * relaxed(r, 0.02),
     "fades or grows with the path travelled": lambda _, r: r.force_n * (1.0 + 0.3 * np.exp(-path(r) / 0.1)),
     "fades or grows in the course of a run": lambda _, r: r.force_n * (1.0 + 0.2 * np.exp(-r.time_s / 1.0)),
     "grows or fades from run to run": lambda k, r: r.force_n * (1.0 + 0.02 * k),
@@ -58,6 +67,12 @@ def test_a_force_of_a_strange_course_is_seen_for_what_it_is(words):
     assert first.words == words
     assert first.certain
     assert first.share > 0.3
+
+
+def test_a_mass_is_no_stiffness_that_relaxes():
+    base = Evidence.of(changed(rich(), lambda _, r: r.force_n + 4.0 * r.acceleration_m_s2)).base()
+    (relaxing,) = (c for c in courses_of(base) if c.words == "has a stiffness that relaxes")
+    assert relaxing.share < STRANGE
 
 
 def test_noise_has_no_course():
