@@ -57,7 +57,12 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
                 if m.explained_n2 > 0.0
             ],
             "courses": [
-                {"force": c.words, "explained_percent": 100.0 * c.share, "by_chance": c.chance}
+                {
+                    "force": c.words,
+                    "explained_percent": 100.0 * c.share,
+                    "by_chance": c.chance,
+                    "measure": c.measure,
+                }
                 for c in courses_told(d)
             ],
             "bursts_n": root(d.balance.bursts),
@@ -176,7 +181,8 @@ def verdict_words(d: Diagnosis) -> str:
         line = d.balance.line
         where += f" {root(line.mean_square_n2):.3g} N of it is a line at {line.frequency_hz:.0f} Hz."
     where += "".join(
-        f" A force that {c.words} would take {100.0 * c.share:.0f} % of what the base leaves."
+        f" A force that {c.words} would take {100.0 * c.share:.0f} % of what the base leaves"
+        f" (to see it by itself: {c.measure})."
         for c in courses_told(d)[:1]
     )
     if d.balance.bursts:

@@ -107,8 +107,8 @@ def what_is_missing(page: Page, d: Diagnosis, figures: Figures) -> None:
     told = figures["structure"]["courses"]
     if told:
         page.table(
-            ["a force that", "takes of what the base leaves, %"],
-            [[course["force"], course["explained_percent"]] for course in told],
+            ["a force that", "takes of what the base leaves, %", "to see it by itself"],
+            [[course["force"], course["explained_percent"], course["measure"]] for course in told],
             "Courses that no effect in the library has",
         )
     _maps(page, d)
@@ -231,7 +231,10 @@ def what_next(page: Page, figures: Figures) -> None:
     """The next run, and what this campaign cannot show."""
     page.section("What to measure next")
     run = figures["next_run"]
-    if run is None:
+    courses = figures["structure"]["courses"]
+    if run is None and courses:
+        page.paragraph(f"To see by itself what no effect describes: {courses[0]['measure']}.")
+    elif run is None:
         page.paragraph("No single run is called for by the rivals: there are none, or none would part them.")
     else:
         page.key_figures(

@@ -1,0 +1,238 @@
+"""What physics outside the library does to a force: the columns of force that each kind of it would add."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.records import Record
+
+Array = NDArray[np.float64]
+Column = list[Array]  # a force's course in each record, every sample
+
+FADING = (0.03, 0.1, 0.3, 1.0)  # of all there is: how soon a force has faded
+MOMENTS_S = (0.1, 0.3, 1.0, 3.0)  # over which a mean speed is taken
+RELAXING_S = (0.01, 0.05, 0.25)  # of a rubber's elements
+SHORT_S = 0.01  # over which an acceleration or a current's rate is taken
+SMALL = 0.01  # a step of a knee, relative, at the largest current
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """What the courses are made of."""
+
+    fit: JointFit
+    records: Sequence[Record]
+    forces: Column
+
+    def each(self, make: Callable[..., Array], *more: float) -> Column:
+        """What is made of each record and the model's force there (n), in N."""
+        return [make(r, f, *more) for r, f in zip(self.records, self.forces, strict=True)]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A course in words, the sets of columns that it may have, and effects it may be another form of."""
+
+    words: str
+    measure: str
+    make: Callable[[Signals], Iterator[list[Column]]]
+    alike: tuple[str, ...] = ()
+    low: float = -np.inf  # of a column's size: a rubber's stiffness is not negative
+
+
+def _fading(s: Signals, driver: Callable[[Record, Array], Array]) -> Iterator[list[Column]]:
+    """A force that fades, or recovers, as something of each run adds up."""
+    done = s.each(lambda r, f: np.cumsum(driver(r, f)) / r.rate_hz)
+    most = max(float(d[-1]) for d in done)
+    for share in FADING:
+        if most > 0.0:
+            yield [[f * np.exp(-d / (share * most)) for f, d in zip(s.forces, done, strict=True)]]
+
+
+def _after_speed(s: Signals) -> Iterator[list[Column]]:
+    """A fluid that thins by the mean speed of the last moments."""
+    for moment in MOMENTS_S:
+        yield [s.each(lambda r, f, t: f * _lagged(np.abs(r.velocity_m_s), t * r.rate_hz), moment)]
+
+
+def _after_current(s: Signals) -> Iterator[list[Column]]:
+    """A coil or a fluid that remembers the current for longer than a lag does."""
+    for moment in MOMENTS_S:
+        yield [s.each(lambda r, f, t: f * _lagged(r.current_a, t * r.rate_hz), moment)]
+
+
+def _over_campaign(s: Signals) -> Iterator[list[Column]]:
+    """A damper that ages, or settles, from run to run in their order."""
+    yield [s.each(lambda r, f: f * r.run)]
+
+
+def _each_way(s: Signals) -> Iterator[list[Column]]:
+    """Damping that hangs on where the piston is, otherwise in rebound than in compression."""
+    most = max(float(np.max(np.abs(r.displacement_m))) for r in s.records)
+    if most > 0.0:
+        yield [s.each(lambda r, f, p: np.abs(f) * (r.displacement_m / most) ** p, power) for power in (1, 2)]
+
+
+def _with_acceleration(s: Signals) -> Iterator[list[Column]]:
+    yield [s.each(lambda r, f: f * np.abs(_lagged(r.acceleration_m_s2, SHORT_S * r.rate_hz)))]
+
+
+def _knee(s: Signals, level: Callable[[Record], Array]) -> Iterator[list[Column]]:
+    """A g that belongs to another speed where the level is another."""
+    model, theta = s.fit.model, s.fit.theta
+    most = max(float(np.max(np.abs(level(r)))) for r in s.records)
+    if most > 0.0:
+        moved = [_faster(r, 1.0 + SMALL * level(r) / most) for r in s.records]
+        there = model.on(moved).predict(theta)
+        yield [[(a - b) / SMALL for a, b in zip(there, s.forces, strict=True)]]
+
+
+def _slower_filter(s: Signals, level: Callable[[Record], Array]) -> Iterator[list[Column]]:
+    """A hysteresis that lasts longer where the level is another."""
+    yield [s.each(lambda r, f: np.gradient(f) * r.rate_hz * level(r))]
+
+
+def _stiffness(s: Signals, level: Callable[[Record], Array]) -> Iterator[list[Column]]:
+    yield [s.each(lambda r, _: r.displacement_m * level(r))]
+
+
+def _by_place(s: Signals) -> Iterator[list[Column]]:
+    """A friction or a damping beside the fluid's that hangs on where the piston is."""
+    for power in (0.0, 0.5, 1.0):
+        yield [
+            s.each(lambda r, _, p: _signed(r, p) * r.displacement_m, power),
+            s.each(lambda r, _, p: _signed(r, p) * np.abs(r.displacement_m), power),
+        ]
+
+
+def _relaxing(s: Signals) -> Iterator[list[Column]]:
+    """A rubber beside the damper, whose stiffness relaxes."""
+    yield [
+        s.each(lambda r, _, t: r.displacement_m - _lagged(r.displacement_m, t * r.rate_hz), time_s)
+        for time_s in RELAXING_S
+    ]
+
+
+def _bent_cell(s: Signals) -> Iterator[list[Column]]:
+    """A force that is told too large or too small where it is large."""
+    most = max(float(np.max(np.abs(f))) for f in s.forces)
+    if most > 0.0:
+        yield [s.each(lambda _, f, p: f * (f / most) ** p, power) for power in (1, 2)]
+
+
+def _current(r: Record) -> Array:
+    return r.current_a
+
+
+def _warmth(r: Record) -> Array:
+    return r.temperature_c - 25.0
+
+
+_RUN, _PATH, _ENERGY = (
+    partial(_fading, driver=driver)
+    for driver in (
+        lambda r, _: np.ones(len(r)),
+        lambda r, _: np.abs(r.velocity_m_s),
+        lambda r, f: np.maximum(f * r.velocity_m_s, 0.0),
+    )
+)
+
+_LONG = "one sine at one current for a minute or more, and the same after a rest"
+_ABOUT_KNEE = "a slow triangle through the knee at each {}, the rest as it was"
+_FAST = "a fast sine at each {}, the rest as it was"
+_PLACES = "slow strokes of one length about different middles, one current"
+
+KINDS = (
+    Kind("fades or grows in the course of a run", _LONG, _RUN),
+    Kind("fades or grows with the path travelled", _LONG, _PATH),
+    Kind("fades or grows with the energy put in", _LONG, _ENERGY, ("self_heating",)),
+    Kind(
+        "hangs on the mean speed of the last moments",
+        "a slow sine right after a fast one, and by itself, one current",
+        _after_speed,
+    ),
+    Kind(
+        "hangs on the mean current of the last moments",
+        "a sine right after a minute at full current, and after one at none",
+        _after_current,
+        ("current_lag", "magnetic_hysteresis"),
+    ),
+    Kind("grows or fades from run to run", "the first run once more, after the last", _over_campaign),
+    Kind(
+        "hangs on the size of the acceleration",
+        "two sines of one largest speed, a short fast one and a long slow one",
+        _with_acceleration,
+    ),
+    Kind(
+        "has its knee at another speed where the current is another",
+        _ABOUT_KNEE.format("current"),
+        partial(_knee, level=_current),
+        ("mount_compliance", "off_state_backbone"),
+    ),
+    Kind(
+        "has its knee at another speed where it is warmer",
+        _ABOUT_KNEE.format("temperature"),
+        partial(_knee, level=_warmth),
+    ),
+    Kind(
+        "follows faster or slower where the current is another",
+        _FAST.format("current"),
+        partial(_slower_filter, level=_current),
+        ("mount_compliance", "preyield_stiffness"),
+    ),
+    Kind(
+        "follows faster or slower where it is warmer",
+        _FAST.format("temperature"),
+        partial(_slower_filter, level=_warmth),
+    ),
+    Kind(
+        "has a stiffness that hangs on the current",
+        "the whole stroke, slowly, at each current",
+        partial(_stiffness, level=_current),
+    ),
+    Kind(
+        "has a stiffness that hangs on the temperature",
+        "the whole stroke, slowly, at each temperature",
+        partial(_stiffness, level=_warmth),
+        ("gas_spring",),
+    ),
+    Kind(
+        "has a friction or damping that hangs on the stroke",
+        _PLACES,
+        _by_place,
+        ("stroke_dependent_damping",),
+    ),
+    Kind("hangs on the stroke otherwise in rebound than in compression", _PLACES, _each_way),
+    Kind("has a stiffness that relaxes", "a step of the stroke, held for ten seconds", _relaxing, low=0.0),
+    Kind(
+        "is told too large or too small where it is large",
+        "known weights on the load cell",
+        _bent_cell,
+        ("rebound_asymmetry",),
+    ),
+)
+
+
+def _signed(r: Record, power: float) -> Array:
+    """The speed to a power, with the velocity's sign; at the power 0 soft about standstill."""
+    v = r.velocity_m_s
+    if power == 0.0:
+        return np.tanh(v / max(0.02 * float(np.abs(v).max()), 1e-9))
+    return np.sign(v) * np.abs(v) ** power
+
+
+def _faster(r: Record, times: Array) -> Record:
+    return replace(r, velocity_m_s=r.velocity_m_s * times)
+
+
+def _lagged(x: Array, samples: float) -> Array:
+    """A first-order lag of so many samples, settled at the first one."""
+    keep = float(np.exp(-1.0 / max(samples, 1e-9)))
+    return np.asarray(lfilter([1.0 - keep], [1.0, -keep], x, zi=[keep * x[0]])[0], dtype=np.float64)
