@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -15,12 +15,15 @@ from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
 Column = list[Array]  # a force's course in each record, every sample
+Level = Callable[[Record], Array]
 
 FADING = (0.03, 0.1, 0.3, 1.0)  # of all there is: how soon a force has faded
 MOMENTS_S = (0.1, 0.3, 1.0, 3.0)  # over which a mean speed is taken
 RELAXING_S = (0.01, 0.05, 0.25)  # of a rubber's elements
 SHORT_S = 0.01  # over which an acceleration or a current's rate is taken
-SMALL = 0.01  # a step of a knee, relative, at the largest current
+SMALL = 0.01  # of the velocity, a step to see what a knee at another speed would change
+LEAST_A, LEAST_K = 0.1, 2.0  # that current and temperature must change by, for anything to hang on them
+MOVED_M = 1e-5  # as little stroke is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,96 +38,137 @@ class Signals:
         """What is made of each record and the model's force there (n), in N."""
         return [make(r, f, *more) for r, f in zip(self.records, self.forces, strict=True)]
 
+    def change(self, level: Level) -> float:
+        """How far a level goes in all records together."""
+        return max(float(level(r).max()) for r in self.records) - min(
+            float(level(r).min()) for r in self.records
+        )
+
+    def centred(self, level: Level) -> Column:
+        """A level from its mean, over its largest distance from there: -1 to 1."""
+        mean = float(np.mean(np.concatenate([level(r) for r in self.records])))
+        most = max(float(np.max(np.abs(level(r) - mean))) for r in self.records)
+        return [(level(r) - mean) / max(most, 1e-300) for r in self.records]
+
+    def faster(self, share: Column) -> Column:
+        """How the model's force would change, in N, by motions that are faster by that share."""
+        moved = [
+            replace(r, velocity_m_s=r.velocity_m_s * (1.0 + SMALL * x))
+            for r, x in zip(self.records, share, strict=True)
+        ]
+        there = self.fit.model.on(moved).predict(self.fit.theta)
+        return [(a - b) / SMALL for a, b in zip(there, self.forces, strict=True)]
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is a stroke."""
+        return any(float(np.ptp(r.displacement_m)) > MOVED_M for r in self.records)
+
+
+def product(one: Column, other: Column) -> Column:
+    """Of two columns, sample by sample."""
+    return [a * b for a, b in zip(one, other, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """A course's columns of force, and those beside it that are something else's: no credit for these."""
+
+    own: list[Column]
+    beside: list[Column] = field(default_factory=list)
+
 
 @dataclass(frozen=True)
 class Kind:
-    """A course in words, the sets of columns that it may have, and effects it may be another form of."""
+    """A course in words, the columns that it may have, and effects that it may be another form of."""
 
     words: str
     measure: str
-    make: Callable[[Signals], Iterator[list[Column]]]
+    make: Callable[[Signals], Iterator[Columns]]
     alike: tuple[str, ...] = ()
     low: float = -np.inf  # of a column's size: a rubber's stiffness is not negative
 
 
-def _fading(s: Signals, driver: Callable[[Record, Array], Array]) -> Iterator[list[Column]]:
+def _fading(s: Signals, driver: Callable[[Record, Array], Array]) -> Iterator[Columns]:
     """A force that fades, or recovers, as something of each run adds up."""
     done = s.each(lambda r, f: np.cumsum(driver(r, f)) / r.rate_hz)
     most = max(float(d[-1]) for d in done)
     for share in FADING:
         if most > 0.0:
-            yield [[f * np.exp(-d / (share * most)) for f, d in zip(s.forces, done, strict=True)]]
+            yield Columns([[f * np.exp(-d / (share * most)) for f, d in zip(s.forces, done, strict=True)]])
 
 
-def _after_speed(s: Signals) -> Iterator[list[Column]]:
+def _after_speed(s: Signals) -> Iterator[Columns]:
     """A fluid that thins by the mean speed of the last moments."""
     for moment in MOMENTS_S:
-        yield [s.each(lambda r, f, t: f * _lagged(np.abs(r.velocity_m_s), t * r.rate_hz), moment)]
+        yield Columns([s.each(lambda r, f, t: f * _lagged(np.abs(r.velocity_m_s), t * r.rate_hz), moment)])
 
 
-def _after_current(s: Signals) -> Iterator[list[Column]]:
+def _after_current(s: Signals) -> Iterator[Columns]:
     """A coil or a fluid that remembers the current for longer than a lag does."""
-    for moment in MOMENTS_S:
-        yield [s.each(lambda r, f, t: f * _lagged(r.current_a, t * r.rate_hz), moment)]
+    if s.change(_current) > LEAST_A:
+        for moment in MOMENTS_S:
+            yield Columns([s.each(lambda r, f, t: f * _lagged(r.current_a, t * r.rate_hz), moment)])
 
 
-def _over_campaign(s: Signals) -> Iterator[list[Column]]:
-    """A damper that ages, or settles, from run to run in their order."""
-    yield [s.each(lambda r, f: f * r.run)]
+def _with_acceleration(s: Signals) -> Iterator[Columns]:
+    yield Columns([s.each(lambda r, f: f * np.abs(_lagged(r.acceleration_m_s2, SHORT_S * r.rate_hz)))])
 
 
-def _each_way(s: Signals) -> Iterator[list[Column]]:
-    """Damping that hangs on where the piston is, otherwise in rebound than in compression."""
-    most = max(float(np.max(np.abs(r.displacement_m))) for r in s.records)
-    if most > 0.0:
-        yield [s.each(lambda r, f, p: np.abs(f) * (r.displacement_m / most) ** p, power) for power in (1, 2)]
-
-
-def _with_acceleration(s: Signals) -> Iterator[list[Column]]:
-    yield [s.each(lambda r, f: f * np.abs(_lagged(r.acceleration_m_s2, SHORT_S * r.rate_hz)))]
-
-
-def _knee(s: Signals, level: Callable[[Record], Array]) -> Iterator[list[Column]]:
+def _knee(s: Signals, level: Level, least: float) -> Iterator[Columns]:
     """A g that belongs to another speed where the level is another."""
-    model, theta = s.fit.model, s.fit.theta
-    most = max(float(np.max(np.abs(level(r)))) for r in s.records)
-    if most > 0.0:
-        moved = [_faster(r, 1.0 + SMALL * level(r) / most) for r in s.records]
-        there = model.on(moved).predict(theta)
-        yield [[(a - b) / SMALL for a, b in zip(there, s.forces, strict=True)]]
+    if s.change(level) > least:
+        yield Columns([s.faster(s.centred(level))], [s.faster(s.each(lambda r, _: np.ones(len(r))))])
 
 
-def _slower_filter(s: Signals, level: Callable[[Record], Array]) -> Iterator[list[Column]]:
+def _slower_filter(s: Signals, level: Level, least: float) -> Iterator[Columns]:
     """A hysteresis that lasts longer where the level is another."""
-    yield [s.each(lambda r, f: np.gradient(f) * r.rate_hz * level(r))]
+    if s.change(level) > least:
+        rate = s.each(lambda r, f: np.gradient(f) * r.rate_hz)
+        yield Columns([product(rate, s.centred(level))], [rate])
 
 
-def _stiffness(s: Signals, level: Callable[[Record], Array]) -> Iterator[list[Column]]:
-    yield [s.each(lambda r, _: r.displacement_m * level(r))]
+def _stiffness(s: Signals, level: Level, least: float) -> Iterator[Columns]:
+    """A spring beside the damper that is stiffer where the level is another."""
+    if s.change(level) > least and s.moves:
+        stroke, height = s.centred(_stroke), s.centred(level)
+        yield Columns([product(stroke, height)], [stroke, height])
 
 
-def _by_place(s: Signals) -> Iterator[list[Column]]:
+def _by_place(s: Signals) -> Iterator[Columns]:
     """A friction or a damping beside the fluid's that hangs on where the piston is."""
+    if not s.moves:
+        return
+    stroke = s.centred(_stroke)
     for power in (0.0, 0.5, 1.0):
-        yield [
-            s.each(lambda r, _, p: _signed(r, p) * r.displacement_m, power),
-            s.each(lambda r, _, p: _signed(r, p) * np.abs(r.displacement_m), power),
-        ]
+        signed = s.each(lambda r, _, p: _signed(r, p), power)
+        yield Columns([product(signed, stroke), product(signed, [np.abs(x) for x in stroke])], [signed])
 
 
-def _relaxing(s: Signals) -> Iterator[list[Column]]:
+def _each_way(s: Signals) -> Iterator[Columns]:
+    """Damping that hangs on where the piston is, otherwise in rebound than in compression."""
+    if s.moves:
+        stroke, size = s.centred(_stroke), [np.abs(f) for f in s.forces]
+        own = product(size, stroke)
+        yield Columns([own, product(own, stroke)], [size])
+
+
+def _relaxing(s: Signals) -> Iterator[Columns]:
     """A rubber beside the damper, whose stiffness relaxes."""
-    yield [
-        s.each(lambda r, _, t: r.displacement_m - _lagged(r.displacement_m, t * r.rate_hz), time_s)
-        for time_s in RELAXING_S
-    ]
+    if s.moves:
+        yield Columns(
+            [
+                s.each(lambda r, _, t: r.displacement_m - _lagged(r.displacement_m, t * r.rate_hz), time_s)
+                for time_s in RELAXING_S
+            ]
+        )
 
 
-def _bent_cell(s: Signals) -> Iterator[list[Column]]:
+def _bent_cell(s: Signals) -> Iterator[Columns]:
     """A force that is told too large or too small where it is large."""
     most = max(float(np.max(np.abs(f))) for f in s.forces)
     if most > 0.0:
-        yield [s.each(lambda _, f, p: f * (f / most) ** p, power) for power in (1, 2)]
+        yield Columns([s.each(lambda _, f, p: f * (f / most) ** p, power) for power in (1, 2)])
 
 
 def _current(r: Record) -> Array:
@@ -132,7 +176,11 @@ def _current(r: Record) -> Array:
 
 
 def _warmth(r: Record) -> Array:
-    return r.temperature_c - 25.0
+    return r.temperature_c
+
+
+def _stroke(r: Record) -> Array:
+    return r.displacement_m
 
 
 _RUN, _PATH, _ENERGY = (
@@ -164,7 +212,6 @@ KINDS = (
         _after_current,
         ("current_lag", "magnetic_hysteresis"),
     ),
-    Kind("grows or fades from run to run", "the first run once more, after the last", _over_campaign),
     Kind(
         "hangs on the size of the acceleration",
         "two sines of one largest speed, a short fast one and a long slow one",
@@ -173,34 +220,34 @@ KINDS = (
     Kind(
         "has its knee at another speed where the current is another",
         _ABOUT_KNEE.format("current"),
-        partial(_knee, level=_current),
+        partial(_knee, level=_current, least=LEAST_A),
         ("mount_compliance", "off_state_backbone"),
     ),
     Kind(
         "has its knee at another speed where it is warmer",
         _ABOUT_KNEE.format("temperature"),
-        partial(_knee, level=_warmth),
+        partial(_knee, level=_warmth, least=LEAST_K),
     ),
     Kind(
         "follows faster or slower where the current is another",
         _FAST.format("current"),
-        partial(_slower_filter, level=_current),
+        partial(_slower_filter, level=_current, least=LEAST_A),
         ("mount_compliance", "preyield_stiffness"),
     ),
     Kind(
         "follows faster or slower where it is warmer",
         _FAST.format("temperature"),
-        partial(_slower_filter, level=_warmth),
+        partial(_slower_filter, level=_warmth, least=LEAST_K),
     ),
     Kind(
         "has a stiffness that hangs on the current",
         "the whole stroke, slowly, at each current",
-        partial(_stiffness, level=_current),
+        partial(_stiffness, level=_current, least=LEAST_A),
     ),
     Kind(
         "has a stiffness that hangs on the temperature",
         "the whole stroke, slowly, at each temperature",
-        partial(_stiffness, level=_warmth),
+        partial(_stiffness, level=_warmth, least=LEAST_K),
         ("gas_spring",),
     ),
     Kind(
@@ -226,10 +273,6 @@ def _signed(r: Record, power: float) -> Array:
     if power == 0.0:
         return np.tanh(v / max(0.02 * float(np.abs(v).max()), 1e-9))
     return np.sign(v) * np.abs(v) ** power
-
-
-def _faster(r: Record, times: Array) -> Record:
-    return replace(r, velocity_m_s=r.velocity_m_s * times)
 
 
 def _lagged(x: Array, samples: float) -> Array:

@@ -35,7 +35,7 @@ Report = Callable[[float, str], None]
 MOST_EFFECTS = 4
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 EVENED = 4  # times that the runs' scales are taken: the first time the tables have made up for some
-MUCH_MORE = 3.0  # of what the last effect took, that one found later may take
+MUCH_MORE = 4.0  # of what the last effect took, that one found later may take
 AS_WELL = 1.05  # in what is left, of a diagnosis with more effects
 
 
@@ -58,6 +58,7 @@ class Diagnosis:
     next_run: NextRun | None
     evidence: Evidence
     courses: Sequence[Course]  # that no effect has, of what the base leaves; most first
+    stranger: Course | None  # the one that says more than the effects in the model
     seconds: float = 0.0  # that all of it took
     levels: list[Level] = field(default_factory=list)
 
@@ -145,6 +146,7 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
         proposal,
         evidence,
         judged.courses,
+        judged.stranger,
         levels=levels,
     )
 

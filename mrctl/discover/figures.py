@@ -93,10 +93,11 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
 
 
 def courses_told(d: Diagnosis) -> list[Course]:
-    """The courses that no effect has, of what the base leaves, which matter and are no chance; most first."""
+    """Courses of what the base leaves that matter and are no chance; the one in an effect's place first."""
     if d.verdict != "unexplained":
         return []
-    return [c for c in d.courses if c.certain and c.share > STRANGE][:MOST_COURSES]
+    told = [c for c in d.courses if c.certain and c.share > STRANGE and c is not d.stranger]
+    return [*([d.stranger] if d.stranger else []), *told][:MOST_COURSES]
 
 
 def _stated(line: Line) -> dict[str, float]:
@@ -191,6 +192,10 @@ def verdict_words(d: Diagnosis) -> str:
     if d.found:
         helps = ", ".join(f.trial.effect.name for f in d.found)
         part = f" The nearest ({helps}) explains {explained_percent(d):.0f} % of it only."
+        if d.stranger is not None:
+            part = (
+                f" It is not {helps}, which would explain {explained_percent(d):.0f} %: a course fits better."
+            )
     left = root(max(d.removable, d.balance.bursts))
     return f"Something is missing that no known effect explains: {left:.3g} N.{part}{changing}{where}{floor}"
 

@@ -26,7 +26,7 @@ SMALLER = 0.2  # of the usual size: an effect may be far below it, ...
 FAR = 10.0  # ... but on the way to a limit that is never reached there is nothing
 SLOPE_STEP = 1e-3  # of a parameter's scale
 WORTH = 0.02  # share of the gain so far that another step must promise
-RARELY, MOSTLY = 0.1, 0.6  # of the samples, and of the force's square sum in them
+RARELY, MOSTLY = 0.25, 0.65  # of the samples, and of the force's square sum in them
 # Shares of a slope's square, less than which a parameter can be done without: what is beyond the model, ...
 ABSORBED = 3e-4
 TWIN = 1e-5  # ... and beyond the effect's other parameters, as far as differences are exact

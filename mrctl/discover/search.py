@@ -108,9 +108,8 @@ def search_level(
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage not in DEAR_TOGETHER]
         rest = float(frozen.residual @ frozen.residual)
-        few = [
-            one for one in looks(frozen, cheap)[:MOST_SECOND] if one.gain > NEAR * rest and one.acts_rarely
-        ]
+        seen_there = [one for one in looks(frozen, cheap) if one.gain > NEAR * rest and one.acts_rarely]
+        few = seen_there[:MOST_SECOND]
         for trial in in_parallel(partial(tried, before, frozen, folds), few):
             same = next((t for t in trials if t.effect.name == trial.effect.name), None)
             if same is None or trial.proof.mean_square < same.proof.mean_square:

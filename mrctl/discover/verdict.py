@@ -25,7 +25,9 @@ Array = NDArray[np.float64]
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts, ...
 STRANGE = 0.05  # ... or a course that no effect has
-IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales
+SEEN = 0.02  # as STRANGE, for one that the effects found stand in place of
+IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales, ...
+SLOW = 0.05  # ... where it is faster than this share of its largest speed
 EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
 NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it; ...
 MOST_IN_PART = 2  # ... nor are more effects than so many, which could make up for anything
@@ -79,16 +81,22 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure, courses: Seque
     shaken = 0.0 if line is None else line.mean_square_n2
     strange = max((c.share for c in courses if c.certain and c.share > STRANGE), default=0.0)
     over = max(budget.excess, structured, shaken, strange * final.mean_square)
-    counts = over > LEAST_OF_FORCE**2 * force_n2(final)
-    left_n2, bursts = over if counts else 0.0, bursts_n2(errors)
+    least = LEAST_OF_FORCE**2 * force_n2(final)
+    bursts = bursts_n2(errors, speeds)
+    left_n2, bursts = (x if x > least else 0.0 for x in (over, bursts))
     return Balance(budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses)
 
 
-def bursts_n2(errors: Sequence[Array]) -> float:
-    """The mean square in moments that no noise has in errors (n each, N); 0 where they are few or small."""
-    beyond = [np.where(np.abs(e) > BURST * SCALE * np.median(np.abs(e)), e, 0.0) for e in errors]
-    shares = [float(b @ b) / max(float(e @ e), 1e-300) for b, e in zip(beyond, errors, strict=True)]
-    return mean_square(beyond) if float(np.median(shares)) > IN_BURSTS else 0.0
+def bursts_n2(errors: Sequence[Array], speeds: Sequence[Array]) -> float:
+    """The mean square in N² of moments that no noise has in errors (n each); 0 where they are few or small.
+
+    speeds (n each): about standstill, where a damper is steep, noise of its motion makes none.
+    """
+    fast = [e[np.abs(v) > SLOW * np.max(np.abs(v))] for e, v in zip(errors, speeds, strict=True)]
+    moving = [e for e in fast if e.any()]
+    beyond = [np.where(np.abs(e) > BURST * SCALE * np.median(np.abs(e)), e, 0.0) for e in moving]
+    shares = [float(b @ b) / float(e @ e) for b, e in zip(beyond, moving, strict=True)]
+    return mean_square(beyond) if shares and float(np.median(shares)) > IN_BURSTS else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +112,7 @@ class Judged:
     verdict: str
     effects: tuple[str, ...]
     courses: Sequence[Course]  # that no effect has, of what the base leaves; most first
+    stranger: Course | None = None  # the one that says more than the effects in the model
 
     def unexplained(self) -> Judged:
         """The same model, of which no effect can be named."""
@@ -129,15 +138,14 @@ def judged_by(
         Found(trial, rivals_of(trial, level, cleared=balance.cleared), _nearly_as_good(trial, level))
         for trial, level in stands
     ]
-    courses = courses_of(base) if final is not base else beside
+    courses = courses_of(base, final.colour) if final is not base else beside
     cleared = balance.cleared and not known_n2
     if not found:
         cleared = cleared and not balance.bursts
     verdict, effects = _verdict(base, final, found, removable, cleared=cleared)
-    judged = Judged(final, stands, left, balance, found, removable, verdict, effects, courses)
-    if verdict in NAMING and stranger(base, final, stands, courses, beside) is not None:
-        return judged.unexplained()
-    return judged
+    instead = stranger(base, final, stands, courses, beside) if found else None
+    judged = Judged(final, stands, left, balance, found, removable, verdict, effects, courses, instead)
+    return judged.unexplained() if instead is not None else judged
 
 
 def stranger(
@@ -150,17 +158,16 @@ def stranger(
     """A course that no effect has, which says more of what is missing than the effects named; None if none.
 
     alone, beside: the courses of what the base leaves, and the final model. It takes more without the effects
-    than they do, for its parameters; or it is still seen beside them, and takes about as much as they.
+    than they do, and they have more parameters; or it is still seen beside them, and takes about as much.
     """
     names = {trial.effect.name for trial, _ in stands}
-    parameters = sum(trial.parameters for trial, _ in stands)
-    score = log_gain(base, final) - parameters * float(np.log(final.independent))
+    gain = log_gain(base, final)
     taken = base.mean_square - final.mean_square
-    seen = {c.words for c in beside if c.certain}
+    seen = {c.words for c in beside if c.certain and c.share > SEEN}
     for course in alone:
         if not course.certain or course.alike & names:
             continue
-        better = course.score > score + CLOSE_SCORE
+        better = course.gain > gain + CLOSE_SCORE
         if better or (course.words in seen and course.share * base.mean_square > AS_MUCH * taken):
             return course
     return None
@@ -217,7 +224,7 @@ def _unsure(effect: Effect, final: Proof, spread: Mapping[str, Vector]) -> bool:
     """
     values = final.fit.effect_values[effect.name]
     each = list(zip(effect.parameters, values, spread[effect.name], strict=True))
-    sizes = [one for one in each if one[0].linear] or each
+    sizes = [one for one in each if one[0].linear and one[2] > 0.0] or each
     told = [abs(value - p.neutral) > half_width_95(std) for p, value, std in sizes if std > 0.0]
     return bool(told) and not any(told)
 

@@ -42,7 +42,7 @@ class Solution:
     iterations: int
     converged: bool
     held: NDArray[np.bool_]  # parameters at a bound or not free
-    last_gain: float = 0.0  # what the last step took off the cost
+    last_gain: float = 0.0  # the most that one of the last two steps took off the cost
 
 
 def solve(
@@ -78,7 +78,7 @@ def solve(
     small = 0
     held = ~free
     done = 0
-    gain = 0.0
+    gain = last_gain = 0.0
     while done < iterations:
         done += 1
         gradient = -system.right + sum((p.weight * p.slope(theta) for p in penalties), np.zeros(theta.size))
@@ -102,7 +102,8 @@ def solve(
         if not step_taken:
             converged = True
             break
-        gain = here - there
+        gain, before = here - there, gain
+        last_gain = max(gain, before)
         theta, here = trial, there
         # A short step wins little wherever it is: only a full one that wins little is the end.
         small = small + 1 if gain < tolerance else 0
@@ -112,7 +113,7 @@ def solve(
         if small and (full_step or small >= PATIENCE):
             converged = True
             break
-    return Solution(theta, system, done, converged, held, gain)
+    return Solution(theta, system, done, converged, held, last_gain)
 
 
 @dataclass(frozen=True, slots=True)

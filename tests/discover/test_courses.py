@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from discover.hidden import rich
+from discover.hidden import one_current, rich
 from scipy.signal import lfilter
 
 from mrctl.discover.courses import Course, courses_of
@@ -41,7 +41,6 @@ STRANGERS = {
     "has a stiffness that relaxes": lambda _, r: r.force_n + 4e3 * relaxed(r, 0.25) + 8e3 * relaxed(r, 0.02),
     "fades or grows with the path travelled": lambda _, r: r.force_n * (1.0 + 0.3 * np.exp(-path(r) / 0.1)),
     "fades or grows in the course of a run": lambda _, r: r.force_n * (1.0 + 0.2 * np.exp(-r.time_s / 1.0)),
-    "grows or fades from run to run": lambda k, r: r.force_n * (1.0 + 0.02 * k),
     "has a stiffness that hangs on the current": lambda _, r: (
         r.force_n + 1e3 * r.displacement_m * r.current_a
     ),
@@ -88,8 +87,8 @@ def test_a_force_that_fades_with_the_path_is_not_called_heating():
     assert "fades or grows with the path travelled" in figures["words"]
 
 
-def course(words: str, share: float, score: float, *alike: str) -> Course:
-    return Course(words, share, score, 0.0, frozenset(alike))
+def course(words: str, share: float, gain: float, *alike: str, chance: float = 0.0) -> Course:
+    return Course(words, share, gain, gain - 14.0, chance, 0.0, frozenset(alike))
 
 
 @pytest.mark.parametrize(
@@ -97,10 +96,11 @@ def course(words: str, share: float, score: float, *alike: str) -> Course:
     [
         (course("fades", 0.92, 3000.0), (), "fades"),  # more than the effect takes, for its parameters
         (course("fades", 0.89, 2000.0), (), None),  # about as much, and gone beside it
-        (course("fades", 0.89, 2000.0), (course("fades", 0.02, 50.0),), "fades"),  # and seen beside it
-        (course("fades", 0.5, 700.0), (course("fades", 0.02, 50.0),), None),
+        (course("fades", 0.89, 2000.0), (course("fades", 0.05, 50.0),), "fades"),  # and seen beside it
+        (course("fades", 0.5, 700.0), (course("fades", 0.05, 50.0),), None),
         (course("fades", 0.92, 3000.0, "warmth"), (), None),  # the effect in another form
-        (course("fades", 0.89, 2000.0), (course("fades", 0.02, 5.0),), None),  # by chance
+        (course("fades", 0.89, 2000.0), (course("fades", 0.05, 50.0, chance=0.1),), None),
+        (course("fades", 0.89, 2000.0), (course("fades", 0.01, 50.0),), None),  # hardly any of it
     ],
 )
 def test_a_course_that_says_more_than_an_effect_takes_its_name_away(alone, beside, which):
@@ -120,11 +120,56 @@ def test_a_course_that_says_more_than_an_effect_takes_its_name_away(alone, besid
 
 def test_bursts_are_no_noise():
     rng = np.random.default_rng(4)
+    speeds = [np.sin(np.arange(4000) / 50.0)] * 5
     noise = [rng.normal(0.0, 5.0, 4000) for _ in range(5)]
-    assert bursts_n2(noise) == 0.0
+    assert bursts_n2(noise, speeds) == 0.0
     struck = [n + 300.0 * (rng.random(n.size) < 0.002) for n in noise]
-    assert bursts_n2(struck) == pytest.approx(300.0**2 * 0.002, rel=0.3)
-    assert bursts_n2([*noise[:3], *struck[3:]]) == 0.0  # two runs of five
+    assert bursts_n2(struck, speeds) == pytest.approx(300.0**2 * 0.002, rel=0.3)
+    assert bursts_n2([*noise[:3], *struck[3:]], speeds) == 0.0  # two runs of five
+    assert bursts_n2(struck, [np.zeros(4000)] * 5) == 0.0
+    steep = [
+        n + 50.0 * rng.normal(size=n.size) * (np.abs(v) < 0.02) for n, v in zip(noise, speeds, strict=True)
+    ]
+    assert bursts_n2(steep, speeds) == 0.0  # a noisy motion where the damper is steep
+
+
+@pytest.mark.parametrize("zero_m", [0.0, 0.15])
+def test_where_the_stroke_has_its_zero_is_no_course(zero_m):
+    """An asymmetry is missing: wherever the stroke's zero lies, no stiffness hangs on the current."""
+    plain = rich(
+        {
+            "rebound_asymmetry": {
+                "compression_change": 0.0,
+                "compression_change_per_a": -0.1,
+                "bend_per_a": 0.0,
+            }
+        }
+    )
+    moved = replace(
+        plain, runs=tuple(replace(r, displacement_m=r.displacement_m + zero_m) for r in plain.runs)
+    )
+    found = {c.words: c for c in courses_of(Evidence.of(moved).base())}
+    assert not found["has a stiffness that hangs on the current"].certain
+
+
+def test_what_one_run_says_against_all_others_is_no_course():
+    """A force that fades in one run of fourteen only: of many samples, but of one witness."""
+    odd = changed(rich(), lambda k, r: r.force_n * (1.0 + 0.3 * (k == 3) * np.exp(-r.time_s / 0.5)))
+    fading = next(c for c in courses_of(Evidence.of(odd).base()) if "course of a run" in c.words)
+    assert fading.share > STRANGE
+    assert fading.disagreement > 0.01
+    assert not fading.certain
+
+
+def test_nothing_hangs_on_what_does_not_change():
+    """One current and one temperature: a spring is no stiffness that hangs on them."""
+    plain = one_current({"gas_spring": {"preload_n": 0.0, "stiffness_n_m": 6000.0, "progression_per_m": 0.0}})
+    still = replace(plain, runs=tuple(replace(r, temperature_c=np.full(len(r), 40.0)) for r in plain.runs))
+    hanging = [
+        c for c in courses_of(Evidence.of(still).base()) if "current" in c.words or "warmer" in c.words
+    ]
+    assert hanging
+    assert all(c.share == 0.0 for c in hanging)
 
 
 def test_a_load_cell_that_is_struck_is_not_called_sound():
