@@ -35,6 +35,7 @@ class Budget:
     measured: bool  # from cycle to cycle
     most_noise: float  # that cannot be ruled out
     certain: float = 0.0  # what some of the runs leave over their noise, beyond doubt
+    brought: float = 0.0  # by the noise of the motion, of all samples
 
     @property
     def excess(self) -> float:
@@ -77,6 +78,7 @@ def budget_of(
             measured=True,
             most_noise=(1.0 + CYCLE_DOUBT) * measured,
             certain=max(over, 0.0),
+            brought=mean_square(brought),
         )
     spectral = spectral_floor(errors, rates_hz, brought)
     # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
@@ -100,7 +102,9 @@ def budget_of(
         share = float(samples / sizes.sum())
         others = min(total - (1.0 + FEW_DOUBT) * everywhere, judged - measured)
         certain = max(certain, share * over, others)
-    return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain)
+    return Budget(
+        total, total, noise, measured=False, most_noise=highest, certain=certain, brought=mean_square(brought)
+    )
 
 
 def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:

@@ -27,7 +27,8 @@ LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts,
 STRANGE = 0.05  # ... or a course that no effect has
 SEEN = 0.02  # as STRANGE, for one that the effects found stand in place of
 IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales, ...
-SLOW = 0.05  # ... where it is faster than this share of its largest speed
+OF_MOTION = 3.0  # ... times what the motion's noise makes, which comes and goes as the damper is steep, ...
+SLOW = 0.05  # ... and where it is faster than this share of its largest speed
 EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
 NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it; ...
 MOST_IN_PART = 2  # ... nor are more effects than so many, which could make up for anything
@@ -83,6 +84,8 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure, courses: Seque
     over = max(budget.excess, structured, shaken, strange * final.mean_square)
     least = LEAST_OF_FORCE**2 * force_n2(final)
     bursts = bursts_n2(errors, speeds)
+    if bursts < OF_MOTION * budget.brought:
+        bursts = 0.0
     left_n2, bursts = (x if x > least else 0.0 for x in (over, bursts))
     return Balance(budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses)
 

@@ -148,3 +148,11 @@ def test_noise_remembers_no_more_than_where_runs_show_it():
     known = [NoiseFloor(4.0, "cycles", f.lower_bound_n) for f in floors[:2]]
     assert left(slow, floors).excess == 0.0
     assert left(slow, [*known, *floors[2:]]).excess > 0.0
+
+
+def test_what_the_motion_brings_is_told_apart():
+    rng = np.random.default_rng(10)
+    errors = [3.0 * rng.standard_normal(N) for _ in range(RUNS)]
+    brought = [2.0 * rng.standard_normal(N) for _ in range(RUNS)]
+    found = budget_of(errors, brought, [floor_of(e) for e in errors], [RATE_HZ] * RUNS)
+    assert found.brought == pytest.approx(4.0, rel=0.05)

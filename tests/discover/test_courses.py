@@ -11,11 +11,13 @@ import pytest
 from discover.hidden import one_current, rich
 from scipy.signal import lfilter
 
+from mrctl.discover import verdict
 from mrctl.discover.courses import Course, courses_of
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.figures import diagnosis_figures
 from mrctl.discover.proof import Proof
+from mrctl.discover.structure import structure_of
 from mrctl.discover.verdict import STRANGE, bursts_n2, stranger
 from mrctl.measurements.run import Campaign
 
@@ -180,3 +182,14 @@ def test_a_load_cell_that_is_struck_is_not_called_sound():
     found = diagnose(changed(rich(), struck))
     assert found.verdict == "unexplained"
     assert "bursts" in diagnosis_figures(found)["words"]
+
+
+@pytest.mark.parametrize(("brought", "counts"), [(0.0, True), (100.0, False)])
+def test_bursts_of_the_motion_s_own_noise_are_not_the_load_cell_s(monkeypatch, brought, counts):
+    """A damper that is steep makes bursts of a noisy motion: here 150 N², beside `brought` of the motion."""
+    evidence, base = base_of()
+    budget = evidence.budget(base.fit)
+    monkeypatch.setattr(Evidence, "budget", lambda *_: replace(budget, brought=brought))
+    monkeypatch.setattr(verdict, "bursts_n2", lambda *_: 150.0)
+    left = structure_of(base.fit, evidence.folds)
+    assert bool(verdict.balance_of(evidence, base, left, []).bursts) is counts
