@@ -50,7 +50,7 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
     assert len(_Screen.asked) == asked
 
 
-@pytest.mark.parametrize(("held", "rarely"), [(1.0, False), (0.05, True), (0.5, False)])
+@pytest.mark.parametrize(("held", "rarely"), [(1.0, False), (0.9, False), (0.3, True), (0.05, True)])
 def test_a_stop_acts_rarely_and_a_spring_does_not(held, rarely):
     """held: the share of the samples in which the force acts."""
     force = np.where(np.arange(1000) < 1000 * held, np.sin(np.arange(1000)), 0.0)
