@@ -56,7 +56,7 @@ def budget_of(
     not repeat: the true force knows nothing of it. Where neither shows it, all that is left counts as noise,
     but for what the signals predict of it.
     """
-    total = mean_square(errors)
+    total, input_n2 = mean_square(errors), mean_square(brought)
     beside = np.array([float(np.mean(b * b)) for b in brought])
     sizes = np.array([e.size for e in errors])
     own = np.array([float(np.mean(e * e)) for e in errors])
@@ -78,11 +78,11 @@ def budget_of(
             measured=True,
             most_noise=(1.0 + CYCLE_DOUBT) * measured,
             certain=max(over, 0.0),
-            brought=mean_square(brought),
+            brought=input_n2,
         )
     spectral = spectral_floor(errors, rates_hz, brought)
     # Sharp physics that no effect follows reaches above 30 Hz too, but not up to the sample rate.
-    usual, input_n2 = float(np.median(least)) ** 2, mean_square(brought)
+    usual = float(np.median(least)) ** 2
     red = MOST_COLOURED**2 * usual + input_n2
     most = min(red, _steady(errors, own, beside, least))
     noise = min(total, most) if spectral is None else min(spectral.noise_n**2, total, most)
@@ -102,9 +102,7 @@ def budget_of(
         share = float(samples / sizes.sum())
         others = min(total - (1.0 + FEW_DOUBT) * everywhere, judged - measured)
         certain = max(certain, share * over, others)
-    return Budget(
-        total, total, noise, measured=False, most_noise=highest, certain=certain, brought=mean_square(brought)
-    )
+    return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain, brought=input_n2)
 
 
 def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:

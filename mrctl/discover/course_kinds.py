@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from mrctl.discover.evidence import MOVED_M
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
 
@@ -20,10 +21,9 @@ Level = Callable[[Record], Array]
 FADING = (0.03, 0.1, 0.3, 1.0)  # of all there is: how soon a force has faded
 MOMENTS_S = (0.1, 0.3, 1.0, 3.0)  # over which a mean speed is taken
 RELAXING_S = (0.01, 0.05, 0.25)  # of a rubber's elements
-SHORT_S = 0.01  # over which an acceleration or a current's rate is taken
+SHORT_S = 0.01  # over which an acceleration is taken
 SMALL = 0.01  # of the velocity, a step to see what a knee at another speed would change
 LEAST_A, LEAST_K = 0.1, 2.0  # that current and temperature must change by, for anything to hang on them
-MOVED_M = 1e-5  # as little stroke is none
 
 
 @dataclass(frozen=True, eq=False)
