@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,10 +16,9 @@ from mrctl.discover.rivals import CLOSE_SCORE, Rival, rivals_of
 from mrctl.discover.search import Level, Trial
 from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.worth import AT_END, LEAST_OF_FORCE, force_n2
-from mrctl.identify.joint_fit import half_width_95
+from mrctl.discover.worth import AT_END, LEAST_OF_FORCE, force_n2, is_unsure
 from mrctl.identify.noise import SCALE
-from mrctl.model.effects.base import Effect, Vector
+from mrctl.model.effects.base import Effect
 
 Array = NDArray[np.float64]
 
@@ -217,19 +216,7 @@ def _doubted(named: list[Found], final: Proof) -> bool:
 def _imitates(named: list[Found], final: Proof) -> bool:
     """Whether an effect is at the end of what is physical, or of no size that the runs agree on."""
     spread = final.fit.effect_std()
-    return any(_bent(f.trial.effect, final) or _unsure(f.trial.effect, final, spread) for f in named)
-
-
-def _unsure(effect: Effect, final: Proof, spread: Mapping[str, Vector]) -> bool:
-    """Whether by its spread (SI) each size that a fit moved may as well be the one without an effect.
-
-    Where the force is linear in some parameters these are its sizes; a shape has no value without an effect.
-    """
-    values = final.fit.effect_values[effect.name]
-    each = list(zip(effect.parameters, values, spread[effect.name], strict=True))
-    sizes = [one for one in each if one[0].linear and one[2] > 0.0] or each
-    told = [abs(value - p.neutral) > half_width_95(std) for p, value, std in sizes if std > 0.0]
-    return bool(told) and not any(told)
+    return any(_bent(f.trial.effect, final) or is_unsure(f.trial.effect, final.fit, spread) for f in named)
 
 
 def _bent(effect: Effect, final: Proof) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,11 +10,13 @@ import numpy as np
 from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.elsewhere import elsewhere
 from mrctl.discover.proof import Proof
-from mrctl.model.effects.base import Effect
+from mrctl.identify.joint_fit import half_width_95
+from mrctl.model.effects.base import Effect, Vector
 
 if TYPE_CHECKING:
     from mrctl.discover.evidence import Evidence
     from mrctl.discover.search import Trial
+    from mrctl.identify.joint_fit import JointFit
 
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0  # BIC
@@ -33,7 +35,7 @@ ELSEWHERE = 0.3  # ... each takes this much, relative to all, where those found 
 MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, ...
 MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are silent so much of the time
 
-PUSHED_SHARE = 0.1  # of what all take off, that one at the end of what is physical must take
+PUSHED_SHARE = 0.1  # of what all take off, that one at the end of physics or of no sure size must take
 AT_END = 1e-6  # of a parameter's range
 
 
@@ -62,11 +64,11 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     patch has. Where the earlier ones are silent at times, a small one must act there too, unless it takes
     most of what is left and data left out are foretold far better; where they mostly are (a stop), what it
     takes there is judged by itself. And where nothing but noise may be left, it must not have another size
-    at other conditions; nor may a small one be the largest that physics allows.
+    at other conditions; nor may a small one be the largest that physics allows, or of no size told from none.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
-    if taken < PUSHED_SHARE * every and is_pushed(best.effect, best.fit.effect_values[best.effect.name]):
+    if taken < PUSHED_SHARE * every and _of_no_size(best):
         return False
     before = evidence.budget(here.fit)
     certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here)
@@ -103,6 +105,12 @@ def _foretold(before: Proof, after: Proof) -> bool:
     return after.held_out_mean_square * FORETOLD < before.held_out_mean_square
 
 
+def _of_no_size(trial: Trial) -> bool:
+    """Whether an effect's size is no finding: the largest that physics allows, or not told from none."""
+    effect, fit = trial.effect, trial.fit
+    return is_pushed(effect, fit.effect_values[effect.name]) or is_unsure(effect, fit, fit.effect_std())
+
+
 def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
     """Whether a fit has gone to the upper end of what is physical for an effect, by its parameters (SI)."""
     return any(
@@ -113,6 +121,21 @@ def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
         and p.high - value < AT_END * (p.high - p.low)
         for p, value in zip(effect.parameters, values, strict=True)
     )
+
+
+def is_unsure(effect: Effect, fit: JointFit, spread: Mapping[str, Vector]) -> bool:
+    """Whether by its spread (SI) each size that a fit moved may as well be the one without an effect.
+
+    Sizes are what a typical effect has another value of than none has; the rest are shapes, which have no
+    value without an effect.
+    """
+    parameters = zip(
+        effect.parameters, effect.typical, fit.effect_values[effect.name], spread[effect.name], strict=True
+    )
+    moved = [one for one in parameters if one[3] > 0.0]
+    sizes = [one for one in moved if one[1] != one[0].neutral and not one[0].partial] or moved
+    told = [abs(value - p.neutral) > half_width_95(std) for p, _, value, std in sizes]
+    return bool(told) and not any(told)
 
 
 def are_steady(changes: Sequence[Change]) -> bool:

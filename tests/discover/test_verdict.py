@@ -12,8 +12,8 @@ from mrctl.discover.diagnose import _hopeless
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.noise_floor import Cycles, NoiseFloor
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
-from mrctl.discover.verdict import FORESEEN, _bent, _foreseen, _nearly_as_good, _unsure
-from mrctl.discover.worth import accepted
+from mrctl.discover.verdict import FORESEEN, _bent, _foreseen, _nearly_as_good
+from mrctl.discover.worth import accepted, is_unsure
 from mrctl.identify.records import Record
 from mrctl.model.effects.registry import effect
 
@@ -43,15 +43,23 @@ def test_a_run_that_is_alone_where_it_goes_does_not_speak_for_all():
 def test_an_effect_of_no_size_that_the_runs_agree_on_imitates_something_else(std, unsure):
     heats = effect("self_heating")
     fit = SimpleNamespace(effect_values={heats.name: (0.03, 200.0, 2.0, 4.0)})
-    assert _unsure(heats, SimpleNamespace(fit=fit), {heats.name: std}) is unsure
+    assert is_unsure(heats, fit, {heats.name: std}) is unsure
 
 
 def test_an_effect_s_sizes_are_asked_and_not_its_shapes():
     off = effect("off_state_backbone")
     fit = SimpleNamespace(effect_values={off.name: (3.0, 7.27, 0.237, 0.463)})
     sure_of_its_shape = {off.name: (0.0, 3.86, 0.01, 0.008)}
-    assert _unsure(off, SimpleNamespace(fit=fit), sure_of_its_shape)
-    assert not _unsure(off, SimpleNamespace(fit=fit), {off.name: (0.0, 1.0, 0.01, 0.008)})
+    assert is_unsure(off, fit, sure_of_its_shape)
+    assert not is_unsure(off, fit, {off.name: (0.0, 1.0, 0.01, 0.008)})
+
+
+def test_linear_parameters_may_be_shapes_too():
+    turns = effect("preyield_stiffness")
+    fit = SimpleNamespace(effect_values={turns.name: (7.8e-4, 0.0, 0.67, 0.92, 0.16, 0.0, 1.0)})
+    unsure_of_its_plastic_part = (0.0, 0.1, 0.04, 0.15, 9.0, 0.0)
+    assert not is_unsure(turns, fit, {turns.name: (3.1e-5, *unsure_of_its_plastic_part)})
+    assert is_unsure(turns, fit, {turns.name: (4.0e-4, *unsure_of_its_plastic_part)})
 
 
 @pytest.mark.parametrize(

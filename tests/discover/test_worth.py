@@ -28,7 +28,9 @@ def _proof(mean_square, held_out=None):
     return SimpleNamespace(mean_square=mean_square, held_out_mean_square=held_out, fit=fit)
 
 
-def _asked(monkeypatch, changes, before_n2, after_n2, noise_n2=25.0, values=(5e-7, 1e3), held_out=()):
+def _asked(
+    monkeypatch, changes, before_n2, after_n2, noise_n2=25.0, values=(5e-7, 1e3), std=1e-8, held_out=()
+):
     """Whether an effect matters that takes a first one's rest from one mean square to another; base: 1e4."""
     monkeypatch.setattr(worth, "changes_of", lambda _fit, _chosen: changes)
     monkeypatch.setattr(worth, "elsewhere", lambda *_: None)
@@ -41,6 +43,7 @@ def _asked(monkeypatch, changes, before_n2, after_n2, noise_n2=25.0, values=(5e-
     best = SimpleNamespace(effect=effect("mount_compliance"), proof=_proof(after_n2, *held_out[1:]), fit=None)
     best.fit = best.proof.fit
     best.fit.effect_values = {"mount_compliance": values}
+    best.fit.effect_std = lambda: {"mount_compliance": (std, 0.0)}
     return matters(SimpleNamespace(budget=budget), _proof(1e4), here, best)
 
 
@@ -83,6 +86,11 @@ def test_a_small_one_at_the_end_of_what_is_physical_is_a_patch(monkeypatch):
     end = effect("mount_compliance").parameters[1].high
     assert not _asked(monkeypatch, _changes(0.02), 200.0, 90.0, values=(5e-7, end))
     assert _asked(monkeypatch, _changes(0.02), 4000.0, 26.0, values=(5e-7, end))
+
+
+def test_a_small_one_of_a_size_that_may_as_well_be_none_is_a_patch(monkeypatch):
+    assert not _asked(monkeypatch, _changes(0.02), 200.0, 90.0, std=3e-7)
+    assert _asked(monkeypatch, _changes(0.02), 4000.0, 26.0, std=3e-7)
 
 
 def test_only_upper_ends_that_mean_something_are_ends():
