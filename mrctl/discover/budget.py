@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 CYCLE_DOUBT, SPECTRAL_DOUBT = 0.25, 0.35  # relative doubt about the noise's mean square, by where it is from
 KNOWN_SHARE = 0.5  # of the samples whose noise must be known from cycles to speak for all
 FEW_DOUBT = 0.7  # as CYCLE_DOUBT, where fewer are, and of the runs that do not repeat beside the others
+UNSEEN_DOUBT = 0.7  # as SPECTRAL_DOUBT, about noise beside which nothing is seen
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
 MOST_HEARD = 6.0  # as MOST_COLOURED, where runs that repeat show it: what wanders more is no sensor's
 QUIET = 0.25  # quantile of the records, by what they leave over their sample-to-sample noise
@@ -41,6 +42,13 @@ class Budget:
     def excess(self) -> float:
         """What is left beyond any noise that there may be."""
         return max(self.judged - self.most_noise, self.certain, 0.0)
+
+    @property
+    def unseen(self) -> float:
+        """The excess of what no signal predicts: where no run repeats, more of that may be noise."""
+        if self.measured:
+            return self.excess
+        return max(min(self.excess, self.judged - (1.0 + UNSEEN_DOUBT) * self.noise), self.certain)
 
 
 def budget_of(

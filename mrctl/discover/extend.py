@@ -13,6 +13,7 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.grow import grown_by
 from mrctl.discover.refit import Split, error_on, fitted, one_more, scatters, split, thinned
 from mrctl.discover.unseen import Unseen
+from mrctl.discover.worth import is_nothing
 from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint_fit import JointFit
 from mrctl.measurements.run import Campaign
@@ -66,13 +67,14 @@ def extend(
 ) -> Extension:
     """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
-    values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it; without
-    one it is made here. falling: leave away those with which the error on the runs left out rises; unseen: of
-    these names also those with which that on motions left out does, as must be asked of effects that are only
-    a part of the truth, or one of several. instead: by such an effect's name others that may stand in its
-    place: of all of them, and of the places where fits of it may end, the best on the runs left out is taken,
-    and of those alike there the best on motions left out. begin: a model with effects that has been found;
-    the fit with just those begins there too, since a base without them may lead it elsewhere.
+    values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it;
+    without one it is made here. falling: leave away those with which the error on the runs left out rises,
+    or that end as nothing; unseen: of these names also those with which that on motions left out does, as
+    must be asked of effects that are only a part of the truth, or one of several. instead: by such an
+    effect's name others that may stand in its place: of all of them, and of the places where fits of it may
+    end, the best on the runs left out is taken, and of those alike there the best on motions left out.
+    begin: a model with effects that has been found; the fit with just those begins there too, since a base
+    without them may lead it elsewhere.
 
     Raises InputError for a campaign without a usable run, ValueError where the filter found cannot be carried
     to the loop's rates.
@@ -103,7 +105,11 @@ def extend(
         if begin is not None and not told:
             models += [one.begun_at(begin) for one in models if one.has_the_effects_of(begin)]
             models = [min(models, key=lambda one: error_on(one.fit, parts.training))]
-        sound = (one for one in _best_first(models) if not falling or one.bears_out(here, told=told))
+        sound = (
+            one
+            for one in _best_first(models)
+            if not falling or (one.has_its_last and one.bears_out(here, told=told))
+        )
         better = next(sound, None)
         if better is None:
             refused.append(effect.name)
@@ -166,6 +172,11 @@ class _Model:
         """The same effects, fitted from another fit with them."""
         fit = fitted(self.parts.training, self.chosen, other.effect_values, start=other, free=self.free)
         return _Model(self.chosen, fit, self.parts, self.free, self.motions_of)
+
+    @property
+    def has_its_last(self) -> bool:
+        """Whether the fit without the runs left out has any of the last effect."""
+        return not is_nothing(self.chosen[-1], self.fit.effect_values[self.chosen[-1].name])
 
     def bears_out(self, before: _Model, *, told: bool) -> bool:
         """Whether the runs left out bear its last effect out; told: and motions left out, where asked."""

@@ -67,9 +67,15 @@ class Balance:
         return self.left <= 0.0
 
 
-def balance_of(evidence: Evidence, final: Proof, left: Structure, courses: Sequence[Course]) -> Balance:
-    """What a model leaves over the noise, beyond the doubt about the noise and the form of its tables."""
+def balance_of(
+    evidence: Evidence, final: Proof, left: Structure, courses: Sequence[Course], *, bare: bool = False
+) -> Balance:
+    """What a model leaves over the noise, beyond the doubt about the noise and the form of its tables.
+
+    bare: no effect was found, and what no signal and no course predicts needs no effect to make up for it.
+    """
     budget = evidence.budget(final.fit)
+    unseen = bare and not left.significant and not any(c.certain for c in courses)
     structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
     errors = evidence.steady_errors(final.fit)
@@ -80,7 +86,7 @@ def balance_of(evidence: Evidence, final: Proof, left: Structure, courses: Seque
         hums, line = [*hums, line], None
     shaken = 0.0 if line is None else line.mean_square_n2
     strange = max((c.share for c in courses if c.certain and c.share > STRANGE), default=0.0)
-    over = max(budget.excess, structured, shaken, strange * final.mean_square)
+    over = max(budget.unseen if unseen else budget.excess, structured, shaken, strange * final.mean_square)
     least = LEAST_OF_FORCE**2 * force_n2(final)
     bursts = bursts_n2(errors, speeds)
     if bursts < OF_MOTION * budget.brought:
@@ -134,7 +140,7 @@ def judged_by(
     """
     left = structure_of(final.fit, evidence.folds)
     beside = courses_of(final)
-    balance = balance_of(evidence, final, left, beside)
+    balance = balance_of(evidence, final, left, beside, bare=not stands)
     removable = max(known_n2, base.mean_square - final.mean_square + balance.left)
     found = [
         Found(trial, rivals_of(trial, level, cleared=balance.cleared), _nearly_as_good(trial, level))

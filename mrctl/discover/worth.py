@@ -11,7 +11,7 @@ from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.elsewhere import elsewhere
 from mrctl.discover.proof import Proof
 from mrctl.identify.joint_fit import half_width_95
-from mrctl.model.effects.base import Effect, Vector
+from mrctl.model.effects.base import Effect, Parameter, Vector
 
 if TYPE_CHECKING:
     from mrctl.discover.evidence import Evidence
@@ -123,18 +123,30 @@ def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
     )
 
 
-def is_unsure(effect: Effect, fit: JointFit, spread: Mapping[str, Vector]) -> bool:
-    """Whether by its spread (SI) each size that a fit moved may as well be the one without an effect.
+def is_size(effect: Effect, parameter: Parameter) -> bool:
+    """Whether a parameter says how much of an effect there is: a typical effect has another value than none.
 
-    Sizes are what a typical effect has another value of than none has; the rest are shapes, which have no
-    value without an effect.
+    The rest are shapes, which have no value without an effect.
     """
-    parameters = zip(
-        effect.parameters, effect.typical, fit.effect_values[effect.name], spread[effect.name], strict=True
+    typical = effect.typical[effect.parameters.index(parameter)]
+    return typical != parameter.neutral and not parameter.partial
+
+
+def is_nothing(effect: Effect, values: Sequence[float]) -> bool:
+    """Whether all sizes of an effect, by its parameters (SI), are those without one."""
+    return all(
+        abs(value - p.neutral) <= AT_END * (p.high - p.low)
+        for p, value in zip(effect.parameters, values, strict=True)
+        if is_size(effect, p)
     )
-    moved = [one for one in parameters if one[3] > 0.0]
-    sizes = [one for one in moved if one[1] != one[0].neutral and not one[0].partial] or moved
-    told = [abs(value - p.neutral) > half_width_95(std) for p, _, value, std in sizes]
+
+
+def is_unsure(effect: Effect, fit: JointFit, spread: Mapping[str, Vector]) -> bool:
+    """Whether by its spread (SI) each size that a fit moved may as well be the one without an effect."""
+    values = fit.effect_values[effect.name]
+    moved = [one for one in zip(effect.parameters, values, spread[effect.name], strict=True) if one[2] > 0.0]
+    sizes = [one for one in moved if is_size(effect, one[0])] or moved
+    told = [abs(value - p.neutral) > half_width_95(std) for p, value, std in sizes]
     return bool(told) and not any(told)
 
 

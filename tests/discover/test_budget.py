@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mrctl.discover.budget import budget_of
+from mrctl.discover.budget import UNSEEN_DOUBT, Budget, budget_of
 from mrctl.discover.noise_floor import NoiseFloor
 from mrctl.discover.spectral_floor import spectral_floor
 
@@ -156,3 +156,16 @@ def test_what_the_motion_brings_is_told_apart():
     brought = [2.0 * rng.standard_normal(N) for _ in range(RUNS)]
     found = budget_of(errors, brought, [floor_of(e) for e in errors], [RATE_HZ] * RUNS)
     assert found.brought == pytest.approx(4.0, rel=0.05)
+
+
+@pytest.mark.parametrize("certain", [0.0, 0.2])
+@pytest.mark.parametrize(
+    ("total", "measured", "unseen"),
+    [(1.5, False, 0.0), (1.5, True, 0.25), (2.5, False, 2.5 - 1.0 - UNSEEN_DOUBT)],
+)
+def test_noise_that_was_not_measured_may_be_larger_where_nothing_is_seen_in_it(
+    total, measured, unseen, certain
+):
+    budget = Budget(total, total, noise=1.0, measured=measured, most_noise=1.25, certain=certain)
+    assert budget.excess == pytest.approx(total - 1.25)
+    assert budget.unseen == pytest.approx(max(unseen, certain))

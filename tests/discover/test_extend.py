@@ -25,6 +25,7 @@ def test_an_effect_with_which_left_out_runs_are_predicted_worse_is_refused(
     errors = {0: 100.0, 1: 50.0, 2: 50.0 * rise}
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: errors[len(fit.model.effects.chosen)])
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+    monkeypatch.setattr(module, "is_nothing", lambda *_: False)
     campaign = one_frequency({FIRST: spring})
     added = [effects()[name] for name in (FIRST, SECOND)]
     result = extend(campaign, (), added, falling=falling)
@@ -32,6 +33,17 @@ def test_an_effect_with_which_left_out_runs_are_predicted_worse_is_refused(
     assert result.refused == refused
     assert [e.name for e in result.fit.model.effects.chosen] == list(kept)
     assert result.rmse_after_n == errors[2 if len(kept) == 2 else 1]
+
+
+@pytest.mark.parametrize(("falling", "kept"), [(True, (FIRST,)), (False, (FIRST, SECOND))])
+def test_an_effect_that_ends_as_nothing_is_added_only_where_it_was_asked_for(monkeypatch, falling, kept):
+    monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
+    monkeypatch.setattr(module, "is_nothing", lambda effect, _values: effect.name == SECOND)
+    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+    added = [effects()[name] for name in (FIRST, SECOND)]
+    result = extend(one_frequency({FIRST: spring}), (), added, falling=falling)
+    assert result.effects == kept
+    assert result.refused == ((SECOND,) if falling else ())
 
 
 class _Motions:
@@ -60,6 +72,7 @@ class _Motions:
 def test_a_part_of_the_truth_must_help_with_motions_left_out(monkeypatch, unseen, refuses, kept, refused):
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
     monkeypatch.setattr(module.Unseen, "of", lambda *_: _Motions(refuses=refuses))
+    monkeypatch.setattr(module, "is_nothing", lambda *_: False)
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     added = [effects()[name] for name in (FIRST, SECOND)]
     result = extend(one_frequency({FIRST: spring}), (), added, falling=True, unseen=unseen)

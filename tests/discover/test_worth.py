@@ -10,8 +10,8 @@ import pytest
 from mrctl.discover import worth
 from mrctl.discover.budget import Budget
 from mrctl.discover.constancy import Change
-from mrctl.discover.worth import are_steady, is_pushed, matters
-from mrctl.model.effects.registry import effect
+from mrctl.discover.worth import are_steady, is_nothing, is_pushed, matters
+from mrctl.model.effects.registry import effect, effects
 
 SIGNALS = ("current", "velocity", "stroke", "temperature", "frequency")
 
@@ -99,3 +99,15 @@ def test_only_upper_ends_that_mean_something_are_ends():
     assert not is_pushed(heats, (0.03, 2.0, 2.0, 4.0))
     assert is_pushed(heats, (0.3, 200.0, 2.0, 4.0))
     assert not is_pushed(stops, tuple(p.neutral for p in stops.parameters))
+
+
+@pytest.mark.parametrize("name", sorted(effects()))
+def test_an_effect_whose_sizes_are_those_without_it_is_none_whatever_its_shapes(name):
+    one = effect(name)
+    sizes = [p for p, typical in zip(one.parameters, one.typical, strict=True) if typical != p.neutral]
+    shapes = [p.low if p.neutral == p.high else p.high for p in one.parameters]
+    of_no_size = tuple(p.neutral if p in sizes else x for p, x in zip(one.parameters, shapes, strict=True))
+    assert sizes
+    assert is_nothing(one, of_no_size)
+    assert is_nothing(one, one.neutral)
+    assert not is_nothing(one, one.typical)
