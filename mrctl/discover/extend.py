@@ -105,11 +105,7 @@ def extend(
         if begin is not None and not told:
             models += [one.begun_at(begin) for one in models if one.has_the_effects_of(begin)]
             models = [min(models, key=lambda one: error_on(one.fit, parts.training))]
-        sound = (
-            one
-            for one in _best_first(models)
-            if not falling or (one.has_its_last and one.bears_out(here, told=told))
-        )
+        sound = (one for one in _best_first(models) if not falling or one.bears_out(here, told=told))
         better = next(sound, None)
         if better is None:
             refused.append(effect.name)
@@ -173,13 +169,14 @@ class _Model:
         fit = fitted(self.parts.training, self.chosen, other.effect_values, start=other, free=self.free)
         return _Model(self.chosen, fit, self.parts, self.free, self.motions_of)
 
-    @property
-    def has_its_last(self) -> bool:
-        """Whether the fit without the runs left out has any of the last effect."""
-        return not is_nothing(self.chosen[-1], self.fit.effect_values[self.chosen[-1].name])
-
     def bears_out(self, before: _Model, *, told: bool) -> bool:
-        """Whether the runs left out bear its last effect out; told: and motions left out, where asked."""
+        """Whether there is any of its last effect and the runs left out bear it out.
+
+        told: and motions left out, where asked.
+        """
+        last = self.chosen[-1]
+        if is_nothing(last, self.fit.effect_values[last.name]):
+            return False
         errors = [one.error_n for one in (before, self)]
         if scatters(self.fit):
             left = self.parts.held_out, self.parts.begins

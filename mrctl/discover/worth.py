@@ -123,13 +123,12 @@ def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
     )
 
 
-def is_size(effect: Effect, parameter: Parameter) -> bool:
+def is_size(parameter: Parameter) -> bool:
     """Whether a parameter says how much of an effect there is: a typical effect has another value than none.
 
     The rest are shapes, which have no value without an effect.
     """
-    typical = effect.typical[effect.parameters.index(parameter)]
-    return typical != parameter.neutral and not parameter.partial
+    return parameter.typical != parameter.neutral and not parameter.partial
 
 
 def is_nothing(effect: Effect, values: Sequence[float]) -> bool:
@@ -137,7 +136,7 @@ def is_nothing(effect: Effect, values: Sequence[float]) -> bool:
     return all(
         abs(value - p.neutral) <= AT_END * (p.high - p.low)
         for p, value in zip(effect.parameters, values, strict=True)
-        if is_size(effect, p)
+        if is_size(p)
     )
 
 
@@ -145,7 +144,7 @@ def is_unsure(effect: Effect, fit: JointFit, spread: Mapping[str, Vector]) -> bo
     """Whether by its spread (SI) each size that a fit moved may as well be the one without an effect."""
     values = fit.effect_values[effect.name]
     moved = [one for one in zip(effect.parameters, values, spread[effect.name], strict=True) if one[2] > 0.0]
-    sizes = [one for one in moved if is_size(effect, one[0])] or moved
+    sizes = [one for one in moved if is_size(one[0])] or moved
     told = [abs(value - p.neutral) > half_width_95(std) for p, value, std in sizes]
     return bool(told) and not any(told)
 
