@@ -20,6 +20,7 @@ FEW_DOUBT = 0.7  # as CYCLE_DOUBT, where fewer are, and of the runs that do not 
 UNSEEN_DOUBT = 0.7  # as SPECTRAL_DOUBT, about noise beside which nothing is seen
 MOST_COLOURED = 5.0  # noise over its sample-to-sample part, for noise that remembers 95 % of a sample
 MOST_HEARD = 6.0  # as MOST_COLOURED, where runs that repeat show it: what wanders more is no sensor's
+HEARD_SHARE = 0.5  # of the samples, that records must have which are sampled fast enough to speak for all
 QUIET = 0.25  # quantile of the records, by what they leave over their sample-to-sample noise
 # RMS that is still one noise: over the quiet records', over the usual sample's.
 UNSTEADY, OUTBURSTS = 1.3, 1.5
@@ -105,12 +106,13 @@ def budget_of(
     reddest = max(red, min((1.0 + CYCLE_DOUBT) * coloured, MOST_HEARD**2) * usual + input_n2)
     highest = max(doubted, upper, min(shared, reddest))
     certain = _over_the_quiet(own, beside, least, sizes)
+    spoken = min(total, _of_the_heard(own, least, sizes))
     over = judged - (1.0 + FEW_DOUBT) * measured
     if over > 0.0:  # of the few that repeat, and of all, as far as the others leave as much
         share = float(samples / sizes.sum())
         others = min(total - (1.0 + FEW_DOUBT) * everywhere, judged - measured)
         certain = max(certain, share * over, others)
-    return Budget(total, total, noise, measured=False, most_noise=highest, certain=certain, brought=input_n2)
+    return Budget(total, spoken, noise, measured=False, most_noise=highest, certain=certain, brought=input_n2)
 
 
 def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:
@@ -120,6 +122,17 @@ def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:
     own = floor.floor_n**2
     unrepeated = floor.unrepeated(error)
     return own + brought if unrepeated is None else max(own, min(own + brought, unrepeated))
+
+
+def _of_the_heard(own: Array, least: Array, sizes: NDArray[np.intp]) -> float:
+    """The mean square left of the records sampled fast enough for it: of all, where those are few.
+
+    A record whose force jumps from sample to sample by more than is left of it follows no motion so fast.
+    """
+    heard = own > least**2
+    if sizes[heard].sum() < HEARD_SHARE * sizes.sum():
+        return float(np.average(own, weights=sizes))
+    return float(np.average(own[heard], weights=sizes[heard]))
 
 
 def _over_the_quiet(own: Array, beside: Array, least: Array, sizes: NDArray[np.intp]) -> float:

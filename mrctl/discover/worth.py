@@ -27,7 +27,8 @@ LATER_SHARE = 0.04  # ... and of what all take off: less may be the first one's 
 LATER_LEFT = 0.6  # or of what is still left over the noise, ...
 LATER_LEAST = 0.025  # ... if it is at least this share of all, ...
 NEARLY_ALL, NEARLY_ALL_LEAST = 0.9, 0.01  # ... or this where it is that much of what is left, ...
-FORETOLD, FORETOLD_LEAST = 4.0, 0.01  # ... or this where data left out are foretold so many times better; ...
+# ... or this where data left out are foretold so many times better over the noise, and with it, ...
+FORETOLD, FORETOLD_AT_ALL, FORETOLD_LEAST = 4.0, 2.0, 0.01
 LATER_CLEARING = 0.004  # ... or this where with it nothing but noise is left; ...
 STEADY_LEFT = 0.3  # ... or this much of what is left, if at all conditions it has one size, ...
 STEADY, STEADY_SIGNALS = 0.1, 4  # ... which is to say to this share, over so many signals; ...
@@ -82,14 +83,15 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     # Not what it takes right after steps of the current, where a budget does not look.
     aside = min(taken, before.total - after.total)
     most = aside > LATER_LEFT * left
-    if most and taken > FORETOLD_LEAST * every and _foretold(here, best.proof):
+    cleared = after.excess <= 0.0 and after.judged <= before.most_noise
+    small = LATER_CLEARING if certain and cleared else FORETOLD_LEAST
+    if most and taken > small * every and _foretold(here, best.proof, after.noise):
         return True
     found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
     beside = elsewhere(here, best.proof, found)
     if beside is not None and beside.to_all < ELSEWHERE:
         return False
     apart = beside is not None and beside.to_all > MOSTLY_ELSEWHERE
-    cleared = after.excess <= 0.0 and after.judged <= before.most_noise
     reasons = (
         apart and beside is not None and beside.samples > MOSTLY_SILENT and beside.of_left > LEAST_SHARE,
         aside > NEARLY_ALL * left > 0.0 and taken > NEARLY_ALL_LEAST * every,
@@ -100,9 +102,10 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     return any(reasons)
 
 
-def _foretold(before: Proof, after: Proof) -> bool:
-    """Whether data left out are foretold far better: what mends a form mends it where it was seen."""
-    return after.held_out_mean_square * FORETOLD < before.held_out_mean_square
+def _foretold(before: Proof, after: Proof, noise_n2: float) -> bool:
+    """Whether data left out are foretold far better, over the noise: a patch mends what was seen."""
+    was, now = before.held_out_mean_square, after.held_out_mean_square
+    return max(now - noise_n2, 0.0) * FORETOLD < was - noise_n2 and now * FORETOLD_AT_ALL < was
 
 
 def _of_no_size(trial: Trial) -> bool:

@@ -49,6 +49,19 @@ def test_noise_with_its_power_below_thirty_hertz_is_not_taken_for_something_else
     assert left(errors).excess == 0.0
 
 
+def test_what_a_run_leaves_that_is_sampled_too_slowly_for_its_motion_says_nothing():
+    """Its force jumps from sample to sample by more than is left of it."""
+    rng = np.random.default_rng(7)
+    errors = [coloured(rng, 0.8, 8.0) for _ in range(RUNS)]
+    errors[3] = coloured(rng, 0.8, 60.0)
+    floors = [floor_of(e) for e in errors]
+    assert left(errors, floors).excess > 100.0
+    floors[3] = NoiseFloor(None, "lower bound only", 80.0)
+    assert left(errors, floors).excess == 0.0
+    too_slow = [NoiseFloor(None, "lower bound only", 80.0)] * RUNS  # but where all are, they must speak
+    assert left(errors, too_slow).judged == left(errors, too_slow).total
+
+
 def test_what_some_runs_leave_and_others_do_not_is_no_noise():
     rng = np.random.default_rng(2)
     errors = [coloured(rng, 0.97, 60.0 if k % 2 else 2.0) + 5.0 * rng.standard_normal(N) for k in range(RUNS)]

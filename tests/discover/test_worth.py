@@ -67,6 +67,21 @@ def test_a_small_one_counts_where_data_left_out_are_foretold_far_better(
     assert _asked(monkeypatch, _changes(0.2), 200.0, after_n2, held_out=held_out) is counts
 
 
+@pytest.mark.parametrize(
+    ("after_n2", "held_out", "counts"),
+    [
+        (27.0, (170.0, 55.0), True),  # a ninth of the excess, though a third of all
+        (27.0, (170.0, 90.0), False),
+        (27.0, (50.0, 26.0), False),  # nearly noise before: whether it is less over it is not known
+        (45.0, (170.0, 42.0), False),  # not all that is left
+    ],
+)
+def test_a_smaller_one_where_with_it_nothing_but_noise_is_left(monkeypatch, after_n2, held_out, counts):
+    """It takes 0.7 % of all."""
+    before_n2 = after_n2 + 70.0
+    assert _asked(monkeypatch, _changes(0.2), before_n2, after_n2, held_out=held_out) is counts
+
+
 def test_little_of_what_is_left_is_little_whatever_its_size(monkeypatch):
     assert not _asked(monkeypatch, _changes(0.0), 200.0, 170.0)
 
