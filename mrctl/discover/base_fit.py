@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -72,7 +72,16 @@ def _weighed_alike(records: Sequence[Record], fit: JointFit) -> JointModel:
     return model
 
 
-def fitted_to(records: Sequence[Record], fit: JointFit) -> JointFit:
-    """The same model fitted to other records, each weighed as its like was."""
+def fitted_to(
+    records: Sequence[Record], fit: JointFit, others: Sequence[Mapping[str, Vector]] = ()
+) -> JointFit:
+    """The same model fitted to other records, each weighed as its like was.
+
+    others: effects' parameters (SI) to begin at as well; the better fit counts.
+    """
     model = _weighed_alike(records, fit)
-    return model.fit(fit.theta, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4)
+    begins = [fit.theta, *(model.pack(fit.tables, {**fit.effect_values, **values}) for values in others)]
+    fits = [
+        model.fit(theta, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4) for theta in begins
+    ]
+    return min(fits, key=lambda one: one.total)

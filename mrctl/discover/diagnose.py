@@ -119,6 +119,7 @@ def _diagnosed(
         stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
     searched = evidence
     evidence, final, stands = retimed(evidence, final, stands)
+    evidence, final = evidence.remembered(final)
     evidence, final = evidence.rezeroed(final)
     if final.mean_square > base.mean_square:
         # Effects that do worse with their own clocks and zeros than none with its are neither.

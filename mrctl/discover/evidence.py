@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mrctl.discover.base_fit import base_fit, fitted_to, stepless
 from mrctl.discover.budget import Budget, budget_of
 from mrctl.discover.current_clock import current_late_s, earlier
+from mrctl.discover.field_past import fields_past
 from mrctl.discover.folds import folds_of
 from mrctl.discover.grow import Folds
 from mrctl.discover.input_noise import input_noise, steadied
@@ -30,7 +31,7 @@ from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.parallel import in_parallel
 from mrctl.identify.records import Record, records_of
 from mrctl.measurements.run import Campaign
-from mrctl.model.effects.base import Effect
+from mrctl.model.effects.base import Effect, Stage
 from mrctl.model.effects.registry import effects
 from mrctl.model.effects.size import sized
 
@@ -39,6 +40,7 @@ Array = NDArray[np.float64]
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 WHOLE = 0.95  # of the seconds measured, for a search to have seen them all
+PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
 CLOSE_TO_NOISE = 2.0  # in mean square, for what a fit misses in the mean to be a load cell's zeros
 
 
@@ -177,6 +179,29 @@ class Evidence:
         if evidence is self:
             return self, proof
         return evidence, prove(fitted_to(evidence.records, proof.fit), evidence.folds)
+
+    def remembered(self, proof: Proof) -> tuple[Evidence, Proof]:
+        """Each run begun from the current that a model with a field's memory finds, and that fitted to them.
+
+        A field keeps what was on before a run, which no file tells.
+        """
+        evidence = self
+        for _ in range(PASTS):
+            past = fields_past(proof.fit.model.on(evidence.full), proof.fit.theta)
+            if past is None:
+                break
+            evidence = replace(
+                evidence,
+                measured=past(evidence.measured),
+                full=past(evidence.full),
+                records=past(evidence.records),
+            )
+            # What the wrong pasts had bent begins anew.
+            reach = ranges_of(evidence.records)
+            fields = [e for e in proof.fit.model.effects.chosen if e.stage is Stage.CURRENT]
+            others = [{e.name: guess} for e in fields for guess in e.starting_points(reach)]
+            proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
+        return evidence, proof
 
     def candidates(self, known: Sequence[Effect]) -> tuple[list[Effect], dict[str, str]]:
         """Effects that this data can be searched for, and why the others cannot."""

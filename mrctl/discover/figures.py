@@ -214,6 +214,11 @@ def _channel_words(d: Diagnosis) -> str:
     if d.evidence.cell.gains.any():
         most = 100.0 * float(np.max(np.abs(d.evidence.cell.gains)))
         words += f" The force's scale differs from run to run, by up to {most:.2g} %: taken out."
+    pasts = [d.evidence.campaign.runs[r.run].name for r in d.evidence.measured if r.before_a]
+    if pasts:
+        words += (
+            f" The field remembers a larger current from before {len(pasts)} of the runs ({pasts[0]} first)."
+        )
     if d.evidence.current_late_s:
         words += f" The current was written {1e3 * d.evidence.current_late_s:.2g} ms late: taken as earlier."
     return words

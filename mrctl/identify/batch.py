@@ -102,6 +102,7 @@ def _run(record: Record, factor: int) -> Run:
         _filled(record.temperature_c, factor),
         _filled(record.displacement_m, factor),
         _filled(record.acceleration_m_s2, factor),
+        record.before_a,
     )
 
 

@@ -48,6 +48,7 @@ class Record:
     finer: int = 1  # samples here for one that was measured
     averaged_s: float = 0.0  # the force is a moving mean over it
     passed: tuple[Array, Array] | None = None  # frequencies in Hz, and what was left of the motion there
+    before_a: float = 0.0  # the current from which its first one was reached
 
     def __len__(self) -> int:
         return self.force_n.size

@@ -17,7 +17,7 @@ class Run:
     """A run at a fixed step: motion, commanded current and case temperature; each (n), contiguous.
 
     Or several stretches end to end, each with a start of its own: `starts` (stretches + 1) says where each
-    begins and where the last one ends.
+    begins and where the last one ends, `before_a` (stretches) from which current the first one was reached.
     """
 
     dt_s: float
@@ -28,6 +28,7 @@ class Run:
     acceleration_m_s2: Array
     has_displacement: bool
     starts: Ints
+    before_a: Array
 
     @classmethod
     def joined(cls, runs: Sequence[Run]) -> Run:
@@ -47,6 +48,7 @@ class Run:
             np.concatenate([run.acceleration_m_s2 for run in runs]),
             all(run.has_displacement for run in runs),
             np.concatenate([*starts, ends[-1:]]),
+            np.concatenate([run.before_a for run in runs]),
         )
 
     @classmethod
@@ -58,6 +60,7 @@ class Run:
         temperature_c: ArrayLike,
         displacement_m: ArrayLike | None = None,
         acceleration_m_s2: ArrayLike | None = None,
+        before_a: float = 0.0,
     ) -> Run:
         """A run from its signals, each (n); current and temperature may be single numbers.
 
@@ -79,6 +82,7 @@ class Run:
             else _signal("acceleration", acceleration_m_s2, n),
             displacement_m is not None,
             whole(n),
+            np.array([before_a]),
         )
 
     @property

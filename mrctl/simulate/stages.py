@@ -21,6 +21,7 @@ from mrctl.simulate.compiled import compiled, run_step
 from mrctl.simulate.run import Array, Ints, whole
 
 Chosen = Sequence[tuple[Effect, Vector]]
+LONG_S = 1e6  # in which all but a field forgets
 
 
 @lru_cache(maxsize=64)
@@ -37,11 +38,32 @@ def coefficients_at(h: Filter, dt_s: float) -> Coefficients:
     return h.resampled(1.0 / dt_s).coefficients
 
 
-def field_current(chosen: Chosen, current_a: Array, dt_s: float, starts: Ints | None = None) -> Array:
-    """The current in A that makes the field."""
+def field_current(
+    chosen: Chosen,
+    current_a: Array,
+    dt_s: float,
+    starts: Ints | None = None,
+    before_a: Array | None = None,
+) -> Array:
+    """The current in A that makes the field; before_a (stretches): from which the first one was reached."""
     for effect, p in chosen:
-        current_a = _through(effect, p, starts, (current_a,), (dt_s,))
+        states = None if before_a is None else _reached(effect, p, current_a, dt_s, starts, before_a)
+        (current_a,) = _run(effect, p, starts, (current_a,), (dt_s,), 1, states)
     return current_a
+
+
+def _reached(
+    effect: Effect, p: Vector, current_a: Array, dt_s: float, starts: Ints | None, before_a: Array
+) -> Array:
+    """An effect's state at each stretch's first current, that having come from another one long ago."""
+    starts = whole(current_a.size) if starts is None else starts
+    states = []
+    for first, before in zip(current_a[starts[:-1]].tolist(), before_a.tolist(), strict=True):
+        state = effect.initial(p, before or first, dt_s)
+        if before:
+            effect.step(p, state, first, LONG_S)
+        states.append(state)
+    return np.array(states, dtype=np.float64)
 
 
 def fluid_temperature(
@@ -185,11 +207,13 @@ def _run(
     inputs: Sequence[Array],
     rest: tuple[object, ...],
     outputs: int,
+    states: Array | None = None,
 ) -> list[Array]:
     """The effect's step over its inputs, each (n), every stretch from its own initial state."""
     starts = whole(inputs[0].size) if starts is None else starts
-    firsts = zip(*(u[starts[:-1]].tolist() for u in inputs), strict=True)
-    states = np.array([effect.initial(p, *first, *rest) for first in firsts], dtype=np.float64)
+    if states is None:
+        firsts = zip(*(u[starts[:-1]].tolist() for u in inputs), strict=True)
+        states = np.array([effect.initial(p, *first, *rest) for first in firsts], dtype=np.float64)
     constants = (array_tables(x) if isinstance(x, StaticTables) else x for x in rest)
     out = [np.empty_like(inputs[0]) for _ in range(outputs)]
     run_step(effect, p, states, starts, *inputs, *constants, *out)

@@ -91,7 +91,9 @@ def trace(
     # A stage without effects hands its input on.
     i = run.current_a
     if ce:
-        i = make(Stage.CURRENT, (ce,), lambda: stages.field_current(ce, run.current_a, dt, starts))
+        i = make(
+            Stage.CURRENT, (ce,), lambda: stages.field_current(ce, run.current_a, dt, starts, run.before_a)
+        )
     warm = run.temperature_c
     if te:
         warm = make(

@@ -1,0 +1,63 @@
+"""A field keeps what was on before a run began, which no file tells; a run's own course shows it."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hidden import NOISE_N, rich
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.field_past import fields_past
+from mrctl.measurements.run import Run
+from mrctl.model.effects.registry import effects
+from mrctl.simulate import stages
+
+LOOP = {"half_width_a": 0.15, "share": 1.0, "smoothness": 0.0}
+
+
+def _begun_later(run, seconds):
+    """The run without its beginning."""
+    gone = int(seconds * run.sample_rate_hz)
+    channels = [f.name for f in fields(Run) if isinstance(getattr(run, f.name), np.ndarray)]
+    return replace(run, **{name: getattr(run, name)[gone:] for name in channels})
+
+
+def _after_a_fall(campaign):
+    """The campaign, its last run begun where the current has just come down."""
+    *others, run = campaign.runs
+    falls = np.flatnonzero(np.diff(run.current_a) < -0.2)
+    return replace(campaign, runs=(*others, _begun_later(run, (falls[0] + 1) / run.sample_rate_hz)))
+
+
+def test_a_run_that_begins_after_a_larger_current_is_told_from_the_others():
+    campaign = _after_a_fall(rich({"magnetic_hysteresis": LOOP}))
+    evidence = Evidence.of(campaign)
+    effect = effects()["magnetic_hysteresis"]
+    proof = evidence.base([effect], {effect.name: tuple(LOOP.values())})
+    after, better = evidence.remembered(proof)
+    assert [r.before_a for r in after.measured] == [0.0] * (len(after.measured) - 1) + [3.0]
+    assert [r.before_a for r in after.records] == [r.before_a for r in after.full]
+    assert better.mean_square < 1.2 * NOISE_N**2 < 0.5 * proof.mean_square
+    assert better.fit.effect_values[effect.name][0] == pytest.approx(LOOP["half_width_a"], rel=0.05)
+
+
+def test_where_nothing_remembers_there_is_no_past():
+    campaign = _after_a_fall(rich({"current_lag": {"rise_time_s": 0.02, "fall_time_s": 0.02}}))
+    evidence = Evidence.of(campaign)
+    lag = effects()["current_lag"]
+    for chosen in ([], [lag]):
+        fit = evidence.base(chosen, {lag.name: (0.02, 0.02)}).fit
+        assert fields_past(fit.model.on(evidence.full), fit.theta) is None
+
+
+def test_a_coil_has_forgotten_by_then_and_a_field_has_not():
+    current = np.full(50, 1.0)
+
+    def made(name, p, before):
+        return stages.field_current([(effects()[name], p)], current, 0.001, before_a=np.array([before]))
+
+    assert np.allclose(made("current_lag", (0.02, 0.02), 3.0), 1.0)
+    assert np.allclose(made("magnetic_hysteresis", tuple(LOOP.values()), 0.0), 1.0 - 0.15)
+    assert np.allclose(made("magnetic_hysteresis", tuple(LOOP.values()), 3.0), 1.0 + 0.15)
