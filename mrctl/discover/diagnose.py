@@ -68,13 +68,8 @@ def diagnose(
     known: Sequence[Effect] = (),
     values: dict[str, tuple[float, ...]] | None = None,
     report: Report = lambda _share, _what: None,
-    *,
-    thorough: bool = False,
 ) -> Diagnosis:
-    """What is missing from the base model with the known effects. Raises InputError for unusable runs.
-
-    thorough: effects are sought for what they take off even where they can't explain all that is missing.
-    """
+    """What is missing from the base model with the known effects. Raises InputError for unusable runs."""
     began = time.monotonic()
     evidence = Evidence.of(campaign)
     known = evidence.sized(known)
@@ -82,10 +77,10 @@ def diagnose(
     base = evidence.base(known, values)
     evidence = evidence.steadied(base.fit).zeroed(base.fit)
     early = evidence.synchronised(base.fit)
-    found = _diagnosed(early, base, known, report, thorough=thorough)
+    found = _diagnosed(early, base, known, report)
     if early is not evidence and found.found:
         # What is missing may have made the current seem late.
-        plain = _diagnosed(evidence, base, known, report, thorough=thorough)
+        plain = _diagnosed(evidence, base, known, report)
         if _does_as_well(plain, found):
             found = plain
     return replace(found, seconds=time.monotonic() - began)
@@ -97,9 +92,7 @@ def _does_as_well(plain: Diagnosis, other: Diagnosis) -> bool:
     return fewer and plain.balance.total < AS_WELL * other.balance.total
 
 
-def _diagnosed(
-    evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report, *, thorough: bool
-) -> Diagnosis:
+def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report) -> Diagnosis:
     """The diagnosis of runs whose channels are mended, but for what hangs on the base's fit to them."""
     evidence = evidence.timed(evidence.stepless(base.fit))
     base = evidence.base(known, base.fit.effect_values, base.fit)
@@ -111,7 +104,7 @@ def _diagnosed(
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
     report(0.3, "candidates")
-    levels, found, last, final = _search(evidence, base, candidates, report, thorough=thorough)
+    levels, found, last, final = _search(evidence, base, candidates, report)
     base = levels[0].before  # in the best valley that the search came by, as the final model
     untestable |= why_own(final, [t.effect.name for t in found], known)
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
@@ -160,7 +153,7 @@ def _diagnosed(
 
 
 def _search(
-    evidence: Evidence, base: Proof, candidates: list[Effect], report: Report, *, thorough: bool
+    evidence: Evidence, base: Proof, candidates: list[Effect], report: Report
 ) -> tuple[list[Level], list[Trial], Level | None, Proof]:
     """The rounds, the effects found, the round in which the last was, and the model with them.
 
@@ -202,7 +195,7 @@ def _search(
         here, last = settled(best.proof, evidence.folds), level
         found.append(best)
         rounds = most - len(found)
-        if not thorough and _hopeless(evidence, levels[0].before, level.before, here, rounds):
+        if _hopeless(evidence, levels[0].before, level.before, here, rounds):
             break
     return levels, found, last, here
 

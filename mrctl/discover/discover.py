@@ -29,10 +29,9 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
 
     Of effects that this campaign cannot tell apart the one that foretells best what is left out is added, if
     any does; which it is, the next run decides. So it is with those that explain a part only, and the rest
-    is called unexplained: each must foretell what is left out, so the search goes on where a diagnosis need
-    not. A campaign of too few motions adds no effect that has rivals.
+    is called unexplained. A campaign of too few motions adds no effect that has rivals.
     """
-    found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what), thorough=True)
+    found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what))
     part_only = found.verdict == "unexplained"
     known = effects()
     moves = motion_parts(found.evidence.measured) is not None
