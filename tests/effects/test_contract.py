@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -90,6 +91,21 @@ def test_the_force_stays_finite_at_every_corner_of_the_bounds(effect):
             for k, p in enumerate(effect.parameters)
         )
         assert np.all(np.isfinite(trace(drive, extended(effect, corner), like=base).force_n)), corner
+
+
+@pytest.mark.parametrize("high", [False, True])
+def test_a_current_that_its_sensors_noise_takes_below_zero_breaks_nothing(effect, high):
+    p = tuple(
+        q.high if high else other
+        for q, other in zip(effect.parameters, other_than_typical(effect), strict=True)
+    )
+    drive = make_drive(1.0, 0.001)
+    off = replace(drive, current_a=np.zeros(drive.size))
+    for noise_a in (1e-2, 3e-3):
+        noisy = replace(drive, current_a=np.where(np.arange(drive.size) % 2, -noise_a, noise_a))
+        forces = force(extended(effect, p), noisy)
+        assert np.all(np.isfinite(forces))
+        assert np.max(np.abs(forces)) < 2.0 * np.max(np.abs(force(extended(effect, p), off)))
 
 
 @pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])

@@ -22,7 +22,8 @@ def step(
     """The factor on the static force."""
     if velocity_m_s >= 0.0:
         return 1.0
-    bent_a = current_a / (1.0 + p[2] * current_a)
+    on_a = max(current_a, 0.0)  # a sensor's noise about 0 A is no current
+    bent_a = on_a / (1.0 + p[2] * on_a)
     return max(1.0 + p[0] + p[1] * bent_a + p[3] * bent_a * bent_a, SMALLEST_FACTOR)
 
 
