@@ -105,8 +105,12 @@ def budget_of(
     shared = (1.0 + CYCLE_DOUBT) * everywhere if known.any() else 0.0
     reddest = max(red, min((1.0 + CYCLE_DOUBT) * coloured, MOST_HEARD**2) * usual + input_n2)
     highest = max(doubted, upper, min(shared, reddest))
-    certain = _over_the_quiet(own, beside, least, sizes)
-    spoken = min(total, _of_the_heard(own, least, sizes))
+    # A record whose force jumps from sample to sample by more than is left of it follows no motion so fast.
+    heard = own > least**2
+    certain = _over_the_quiet(own, beside, least, sizes, heard)
+    spoken = total
+    if sizes[heard].sum() >= HEARD_SHARE * sizes.sum():
+        spoken = min(total, float(np.average(own[heard], weights=sizes[heard])))
     over = judged - (1.0 + FEW_DOUBT) * measured
     if over > 0.0:  # of the few that repeat, and of all, as far as the others leave as much
         share = float(samples / sizes.sum())
@@ -124,25 +128,15 @@ def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:
     return own + brought if unrepeated is None else max(own, min(own + brought, unrepeated))
 
 
-def _of_the_heard(own: Array, least: Array, sizes: NDArray[np.intp]) -> float:
-    """The mean square left of the records sampled fast enough for it: of all, where those are few.
-
-    A record whose force jumps from sample to sample by more than is left of it follows no motion so fast.
-    """
-    heard = own > least**2
-    if sizes[heard].sum() < HEARD_SHARE * sizes.sum():
-        return float(np.average(own, weights=sizes))
-    return float(np.average(own[heard], weights=sizes[heard]))
-
-
-def _over_the_quiet(own: Array, beside: Array, least: Array, sizes: NDArray[np.intp]) -> float:
+def _over_the_quiet(
+    own: Array, beside: Array, least: Array, sizes: NDArray[np.intp], heard: NDArray[np.bool_]
+) -> float:
     """The mean square that records far beyond the quiet ones' noise leave over it.
 
     Over all records together, a little too much everywhere and a lot in one look alike. Where the fast motion
     of slow samples reaches into what changes from sample to sample, that is no noise to compare by; where it
     nearly does, what the quiet ones leave is.
     """
-    heard = own > least**2
     if not heard.any():
         return 0.0
     by_sample = float(np.quantile((own / least**2)[heard], QUIET)) * least**2

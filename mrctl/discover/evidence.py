@@ -137,13 +137,11 @@ class Evidence:
         if cell.same_as(self.cell):
             return self
         anew = partial(cell.instead_of, self.cell)
-        return replace(
-            self,
-            measured=anew(self.measured),
-            full=anew(self.full),
-            records=anew(self.records),
-            cell=cell,
-        )
+        return replace(self._each(anew), cell=cell)
+
+    def _each(self, anew: Callable[[Sequence[Record]], list[Record]]) -> Evidence:
+        """The same with other versions of its records at every rate."""
+        return replace(self, measured=anew(self.measured), full=anew(self.full), records=anew(self.records))
 
     def synchronised(self, fit: JointFit) -> Evidence:
         """The same, the current as early as a base's fit shows that it acts; itself where it is not late."""
@@ -186,20 +184,14 @@ class Evidence:
         A field keeps what was on before a run, which no file tells.
         """
         evidence = self
-        for _ in range(PASTS):
+        fields = [e for e in proof.fit.model.effects.chosen if e.stage is Stage.CURRENT]
+        # What the wrong pasts had bent begins anew.
+        others = [{e.name: guess} for e in fields for guess in e.starting_points(ranges_of(self.records))]
+        for _ in range(PASTS if fields else 0):
             past = fields_past(proof.fit.model.on(evidence.full), proof.fit.theta)
             if past is None:
                 break
-            evidence = replace(
-                evidence,
-                measured=past(evidence.measured),
-                full=past(evidence.full),
-                records=past(evidence.records),
-            )
-            # What the wrong pasts had bent begins anew.
-            reach = ranges_of(evidence.records)
-            fields = [e for e in proof.fit.model.effects.chosen if e.stage is Stage.CURRENT]
-            others = [{e.name: guess} for e in fields for guess in e.starting_points(reach)]
+            evidence = evidence._each(past)
             proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
         return evidence, proof
 

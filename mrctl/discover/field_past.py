@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from mrctl.identify.joint import JointModel
 from mrctl.identify.records import Record
-from mrctl.model.effects.base import Stage
 
 Array = NDArray[np.float64]
 Past = Callable[[Sequence[Record]], list[Record]]
@@ -23,8 +22,6 @@ def fields_past(model: JointModel, theta: Array) -> Past | None:
 
     A run's first current was reached from 0 A or from the campaign's largest one.
     """
-    if not any(effect.stage is Stage.CURRENT for effect in model.effects.chosen):
-        return None
     top_a = max(float(r.current_a.max()) for r in model.records)
     other = [replace(r, before_a=0.0 if r.before_a else top_a) for r in model.records]
     here, there = (
