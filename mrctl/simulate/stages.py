@@ -46,24 +46,16 @@ def field_current(
     before_a: Array | None = None,
 ) -> Array:
     """The current in A that makes the field; before_a (stretches): from which the first one was reached."""
+    begins = whole(current_a.size) if starts is None else starts
+    before = np.zeros(begins.size - 1) if before_a is None else before_a
     for effect, p in chosen:
-        states = None if before_a is None else _reached(effect, p, current_a, dt_s, starts, before_a)
-        (current_a,) = _run(effect, p, starts, (current_a,), (dt_s,), 1, states)
+        states = _begun(effect, p, begins, (current_a,), (dt_s,))
+        for k in np.flatnonzero(before):
+            state = effect.initial(p, float(before[k]), dt_s)
+            effect.step(p, state, float(current_a[begins[k]]), LONG_S)
+            states[k] = state
+        (current_a,) = _run(effect, p, begins, (current_a,), (dt_s,), 1, states)
     return current_a
-
-
-def _reached(
-    effect: Effect, p: Vector, current_a: Array, dt_s: float, starts: Ints | None, before_a: Array
-) -> Array:
-    """An effect's state at each stretch's first current, that having come from another one long ago."""
-    starts = whole(current_a.size) if starts is None else starts
-    states = []
-    for first, before in zip(current_a[starts[:-1]].tolist(), before_a.tolist(), strict=True):
-        state = effect.initial(p, before or first, dt_s)
-        if before:
-            effect.step(p, state, first, LONG_S)
-        states.append(state)
-    return np.array(states, dtype=np.float64)
 
 
 def fluid_temperature(
@@ -211,10 +203,16 @@ def _run(
 ) -> list[Array]:
     """The effect's step over its inputs, each (n), every stretch from its own initial state."""
     starts = whole(inputs[0].size) if starts is None else starts
-    if states is None:
-        firsts = zip(*(u[starts[:-1]].tolist() for u in inputs), strict=True)
-        states = np.array([effect.initial(p, *first, *rest) for first in firsts], dtype=np.float64)
+    states = _begun(effect, p, starts, inputs, rest) if states is None else states
     constants = (array_tables(x) if isinstance(x, StaticTables) else x for x in rest)
     out = [np.empty_like(inputs[0]) for _ in range(outputs)]
     run_step(effect, p, states, starts, *inputs, *constants, *out)
     return out
+
+
+def _begun(
+    effect: Effect, p: Vector, starts: Ints, inputs: Sequence[Array], rest: tuple[object, ...]
+) -> Array:
+    """The effect's state at the first sample of each stretch, that having lasted for ever."""
+    firsts = zip(*(u[starts[:-1]].tolist() for u in inputs), strict=True)
+    return np.array([effect.initial(p, *first, *rest) for first in firsts], dtype=np.float64)

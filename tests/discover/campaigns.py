@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,12 @@ def shipped() -> Damper:
 
 def with_effect(damper: Damper, name: str, **parameters: float) -> Damper:
     return replace(damper, effects=(EffectSetting(name, parameters),))
+
+
+def picked(run: Run, samples: slice) -> Run:
+    """The run with some of its samples in every channel."""
+    channels = [f.name for f in fields(Run) if isinstance(getattr(run, f.name), np.ndarray)]
+    return replace(run, **{name: getattr(run, name)[samples] for name in channels})
 
 
 def coloured(rng: np.random.Generator, n: int, rms: float, pole: float) -> np.ndarray:

@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from discover.campaigns import picked
 from hidden import NOISE_N, rich
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.field_past import fields_past
-from mrctl.measurements.run import Run
 from mrctl.model.effects.registry import effects
 from mrctl.simulate import stages
 
 LOOP = {"half_width_a": 0.15, "share": 1.0, "smoothness": 0.0}
 
 
-def _begun_later(run, seconds):
-    """The run without its beginning."""
-    gone = int(seconds * run.sample_rate_hz)
-    channels = [f.name for f in fields(Run) if isinstance(getattr(run, f.name), np.ndarray)]
-    return replace(run, **{name: getattr(run, name)[gone:] for name in channels})
-
-
 def _after_a_fall(campaign):
     """The campaign, its last run begun where the current has just come down."""
     *others, run = campaign.runs
     falls = np.flatnonzero(np.diff(run.current_a) < -0.2)
-    return replace(campaign, runs=(*others, _begun_later(run, (falls[0] + 1) / run.sample_rate_hz)))
+    return replace(campaign, runs=(*others, picked(run, slice(falls[0] + 1, None))))
 
 
 def test_a_run_that_begins_after_a_larger_current_is_told_from_the_others():

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from discover.campaigns import road, shipped, with_effect
+from discover.campaigns import picked, road, shipped, with_effect
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.extend import extend
 from mrctl.discover.own_delay import is_filters
-from mrctl.measurements.run import Campaign, Run
+from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
 from mrctl.model.effects.registry import effects
 
@@ -30,13 +30,8 @@ def _campaign(damper: Damper) -> Campaign:
 
 def _every_fourth(campaign: Campaign) -> Campaign:
     """The campaign as a slower logger has it."""
-    channels = [f.name for f in fields(Run) if isinstance(getattr(campaign.runs[0], f.name), np.ndarray)]
     runs = [
-        replace(
-            run,
-            sample_rate_hz=run.sample_rate_hz / 4.0,
-            **{name: getattr(run, name)[::4] for name in channels},
-        )
+        replace(picked(run, slice(None, None, 4)), sample_rate_hz=run.sample_rate_hz / 4.0)
         for run in campaign.runs
     ]
     return replace(campaign, runs=tuple(runs))
