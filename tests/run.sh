@@ -20,6 +20,10 @@ need insmod kmod
 need chrt util-linux
 need ps procps
 need chromium chromium
+if grep -q ' amx_tile' /proc/cpuinfo; then  # whose registers the user-mode kernel does not know by itself
+  need cc gcc
+  [ -e /usr/include/dlfcn.h ] || missing+=(libc6-dev)
+fi
 [ -x /lib/systemd/systemd ] || missing+=(systemd)
 if [ -z "${VIRTUAL_ENV:-}" ]; then
   need "${PYTHON:=python3}" python3

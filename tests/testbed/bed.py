@@ -178,10 +178,11 @@ class Guest(Bed):
             f"uml_dir={self.directory}/",
             "con=null", "con0=null,fd:1", "ssl=null", f"ssl0=fd:{guest_in},fd:{guest_out}", "quiet",
         ]  # fmt: skip
+        preload = _whole_registers(self.directory)
         with (self.directory / "console.log").open("wb") as console:
             self._kernel = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT,
-                pass_fds=(guest_in, guest_out), start_new_session=True,
+                pass_fds=(guest_in, guest_out), start_new_session=True, env=os.environ | preload,
             )  # fmt: skip
         os.close(guest_in)
         os.close(guest_out)
@@ -268,6 +269,22 @@ export PYTHON={python} PYTHONPATH={shlex.quote(str(CHECKOUT))} PYTHONDONTWRITEBY
 nearly_over=$((${{1%.*}} - 2))
 exec timeout --kill-after=5 "$1" {start} "$nearly_over"
 """
+
+
+def _whole_registers(directory: Path) -> dict[str, str]:
+    """What the kernel's environment needs on a processor whose registers are larger than it knows."""
+    if " amx_tile" not in Path("/proc/cpuinfo").read_text(encoding="utf-8"):
+        return {}
+    library = directory / "whole_registers.so"
+    command = ["cc", "-shared", "-fPIC", "-O2", "-o", library, HERE / "whole_registers.c"]
+    try:
+        subprocess.run(command, check=True, capture_output=True, text=True)
+    except FileNotFoundError:
+        mend = "apt-get install gcc libc6-dev, or see tests/run.sh"
+        raise BedError(f"on a processor with AMX the test bed needs a C compiler; {mend}") from None
+    except subprocess.CalledProcessError as error:
+        raise BedError(f"whole_registers.c does not compile: {error.stderr}") from None
+    return {"LD_PRELOAD": str(library)}
 
 
 def _require_programs() -> None:
