@@ -93,13 +93,14 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
     starts = [np.concatenate([base, point]) for point in points]
     if warm or effect.stage is Stage.ADDITIVE:  # whose force is known: the base settles beside it first
         starts = [heat(own, start, free=beside).theta for start in starts]
-    best = min((heat(own, start, free=joint) for start in starts), key=lambda one: one.total)
-    if best.total >= replace(fit, model=few).total:
+    least = replace(fit, model=few).total
+    won = [one for one in (heat(own, start, free=joint) for start in starts) if one.total < least]
+    if few is not fit.model:  # to all of them a start that a few records made may be lost, or far at first
+        further = partial(heat, iterations=2 * HEAT, tolerance=0.0)
+        won = [further(model, one.theta, free=joint) for one in won]
+    best = min(won, key=lambda one: one.total, default=None)
+    if best is None or best.total >= fit.total:
         return None
-    if few is not fit.model:
-        best = heat(model, best.theta, free=joint)
-        if best.total >= fit.total:
-            return None
     look = screen.at(effect, best.effect_values[effect.name])
     return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])
 
