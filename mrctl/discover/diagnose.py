@@ -23,7 +23,7 @@ from mrctl.discover.rivals import simplest
 from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.stands import confirmed, constant, retimed
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.verdict import EXPLAINED, NAMING, Balance, Found, judged_by
+from mrctl.discover.verdict import EXPLAINED, NAMING, Balance, Found, Judged, judged_by
 from mrctl.discover.worth import accepted, matters
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
@@ -36,6 +36,7 @@ MOST_EFFECTS = 4
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
 EVENED = 4  # times that the runs' scales are taken: the first time the tables have made up for some
 MUCH_MORE = 4.0  # of what the last effect took, that one found later may take
+SLIGHT = 0.1  # of the mean square that a base leaves: effects that take less and are not borne out are none
 AS_WELL = 1.05  # in what is left, of a diagnosis with more effects
 
 
@@ -122,6 +123,7 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     if changes:
         without_them = judged_by(evidence, base, *without_changes, judged.removable)
         judged = without_them if without_them.verdict in NAMING else judged.unexplained()
+    judged = _less_what_is_slight(evidence, base, judged)
     if judged.verdict == "unexplained":
         evidence = evidence.as_measured()
     final, left, balance, named = judged.final, judged.left, judged.balance, judged.found
@@ -150,6 +152,18 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
         judged.stranger,
         levels=levels,
     )
+
+
+def _less_what_is_slight(evidence: Evidence, base: Proof, judged: Judged) -> Judged:
+    """The base alone, where all that it leaves may be noise and effects took a little that is not borne out.
+
+    Else the verdict as it is.
+    """
+    taken = base.mean_square - judged.final.mean_square
+    if judged.verdict != "unexplained" or not judged.stands or taken > SLIGHT * base.mean_square:
+        return judged
+    alone = judged_by(evidence, base, base, [])
+    return alone if alone.verdict == "none" else judged
 
 
 def _search(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.courses import Course, courses_of
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.indifference import is_indifferent
 from mrctl.discover.lines import Line, hums_of, line_of, steady_noise
 from mrctl.discover.proof import Proof, log_gain
 from mrctl.discover.rivals import CLOSE_SCORE, Rival, rivals_of
@@ -73,9 +74,10 @@ def balance_of(
     """What a model leaves over the noise, beyond the doubt about the noise and the form of its tables.
 
     bare: no effect was found, and what no signal and no course predicts needs no effect to make up for it.
+    Where it is as loud whatever the damper does, it is noise, however long that remembers itself.
     """
     budget = evidence.budget(final.fit)
-    unseen = bare and not left.significant and not any(c.certain for c in courses)
+    unknown = not left.significant and not any(c.certain for c in courses)
     structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
     errors = evidence.steady_errors(final.fit)
@@ -86,13 +88,23 @@ def balance_of(
         hums, line = [*hums, line], None
     shaken = 0.0 if line is None else line.mean_square_n2
     strange = max((c.share for c in courses if c.certain and c.share > STRANGE), default=0.0)
-    over = max(budget.unseen if unseen else budget.excess, structured, shaken, strange * final.mean_square)
+    over = budget.unseen if bare and unknown else budget.excess
+    if unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors)):
+        over = 0.0
+    over = max(over, structured, shaken, strange * final.mean_square)
     least = LEAST_OF_FORCE**2 * force_n2(final)
     bursts = bursts_n2(errors, speeds)
     if bursts < OF_MOTION * budget.brought:
         bursts = 0.0
     left_n2, bursts = (x if x > least else 0.0 for x in (over, bursts))
     return Balance(budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses)
+
+
+def _signals(evidence: Evidence, errors: Sequence[Array]) -> list[list[Array]]:
+    """Speed in m/s, size of the force in N and current in A at the samples of errors."""
+    speeds = [np.abs(r.velocity_m_s) for r in evidence.full]
+    forces = [np.abs(r.force_n) for r in evidence.full]
+    return [evidence.at_samples_of(errors, x) for x in (speeds, forces, [r.current_a for r in evidence.full])]
 
 
 def bursts_n2(errors: Sequence[Array], speeds: Sequence[Array]) -> float:

@@ -24,7 +24,7 @@ def _campaign(damper: Damper) -> Campaign:
     def noise(rng: np.random.Generator, n: int) -> np.ndarray:
         return rng.normal(0.0, NOISE_N, n)
 
-    runs = [road(damper, seconds=8.0, seed=seed, noise=noise, name=f"road_{seed}.csv") for seed in range(4)]
+    runs = [road(damper, seconds=4.0, seed=seed, noise=noise, name=f"road_{seed}.csv") for seed in range(4)]
     return Campaign(Path("roads"), tuple(runs), "0" * 64)
 
 

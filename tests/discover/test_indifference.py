@@ -1,0 +1,91 @@
+"""Noise is as loud whatever the damper does, however slow it is; a model's error is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from discover.campaigns import coloured
+from discover.hidden import rich
+
+from mrctl.discover import diagnose as module
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.indifference import is_indifferent
+from mrctl.discover.structure import structure_of
+from mrctl.discover.verdict import balance_of
+
+RUNS, SAMPLES = 6, 4000
+
+
+def _signals():
+    t = np.arange(SAMPLES) / 500.0
+    speeds = [np.abs(np.sin(2.0 * np.pi * (0.5 + k) * t)) for k in range(RUNS)]
+    currents = [np.full(SAMPLES, 0.4 * k) for k in range(RUNS)]
+    forces = [(100.0 + 500.0 * i) * np.minimum(v, 0.3) for v, i in zip(speeds, currents, strict=True)]
+    return speeds, forces, currents
+
+
+def _noise(pole=0.97):
+    rng = np.random.default_rng(3)
+    return [coloured(rng, SAMPLES, 10.0, pole) for _ in range(RUNS)]
+
+
+def test_slow_noise_is_indifferent():
+    assert is_indifferent(_noise(), _signals())
+
+
+@pytest.mark.parametrize(
+    "louder",
+    [
+        lambda v, _f, _i: 1.0 + 2.0 * v,
+        lambda _v, f, _i: 0.2 + f / 200.0,
+        lambda _v, _f, i: np.full(SAMPLES, 1.0 + i[0]),
+    ],
+    ids=["with the speed", "with the force", "in some runs"],
+)
+def test_what_is_louder_somewhere_is_not(louder):
+    signals = _signals()
+    errors = [e * louder(*at) for e, at in zip(_noise(0.0), zip(*signals, strict=True), strict=True)]
+    assert not is_indifferent(errors, signals)
+
+
+def test_what_is_left_out_is_not_asked():
+    holes = [np.where(np.arange(SAMPLES) % 7 < 3, 0.0, e) for e in _noise()]
+    assert is_indifferent(holes, _signals())
+    assert not is_indifferent([np.zeros(SAMPLES) for _ in range(RUNS)], _signals())
+
+
+@pytest.mark.parametrize("where", ["everywhere", "where the current is high"])
+def test_noise_that_remembers_itself_long_leaves_nothing_to_explain(where):
+    """15 N with a time constant of 0.12 s, for which no sensor is known: more than any colour would allow."""
+    rng = np.random.default_rng(8)
+    plain = rich()
+    runs = [
+        replace(
+            r,
+            force_n=r.force_n
+            + coloured(rng, len(r), 15.0, 0.98) * (1.0 if where == "everywhere" else r.current_a / 1.2),
+        )
+        for r in plain.runs
+    ]
+    evidence = Evidence.of(replace(plain, runs=tuple(runs)))
+    base = evidence.base()
+    left = structure_of(base.fit, evidence.folds)
+    balance = balance_of(evidence, base, left, [], bare=True)
+    assert balance.cleared is (where == "everywhere")
+
+
+@pytest.mark.parametrize(
+    ("taken", "alone", "verdict"),
+    [(5.0, "none", "none"), (20.0, "none", "unexplained"), (5.0, "unexplained", "unexplained")],
+)
+def test_a_little_that_is_not_borne_out_is_nothing(monkeypatch, taken, alone, verdict):
+    """taken: of 100 N² that the base leaves."""
+    monkeypatch.setattr(module, "judged_by", lambda *_: SimpleNamespace(verdict=alone))
+    judged = SimpleNamespace(
+        verdict="unexplained", stands=[None], final=SimpleNamespace(mean_square=100.0 - taken)
+    )
+    base = SimpleNamespace(mean_square=100.0)
+    assert module._less_what_is_slight(None, base, judged).verdict == verdict
