@@ -59,14 +59,14 @@ def test_what_is_left_out_is_not_asked():
 
 @pytest.mark.parametrize("where", ["everywhere", "where the current is high"])
 def test_noise_that_remembers_itself_long_leaves_nothing_to_explain(where):
-    """15 N with a time constant of 0.12 s, for which no sensor is known: more than any colour would allow."""
+    """60 N with a time constant of 0.25 s: more than any colour would allow."""
     rng = np.random.default_rng(8)
     plain = rich()
     runs = [
         replace(
             r,
             force_n=r.force_n
-            + coloured(rng, len(r), 15.0, 0.98) * (1.0 if where == "everywhere" else r.current_a / 1.2),
+            + coloured(rng, len(r), 60.0, 0.99) * (1.0 if where == "everywhere" else r.current_a / 1.2),
         )
         for r in plain.runs
     ]
