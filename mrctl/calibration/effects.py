@@ -56,9 +56,8 @@ def _check_parameters(
         if quantity.unit != parameter.unit:
             mend = f"convert the value and write unit: {parameter.unit}"
             findings.add((*path, name, "unit"), f"{effect.name}.{name} is in {quantity.unit!r}", mend)
-        elif not parameter.low <= quantity.value <= parameter.high:
-            findings.add(
-                (*path, name, "value"),
-                f"{effect.name}.{name} is {quantity.value:g} {parameter.unit}",
-                f"it lies in {parameter.low:g} to {parameter.high:g}",
-            )
+            continue
+        low, high = parameter.reach
+        if not low <= quantity.value <= high:
+            what = f"{effect.name}.{name} is {quantity.value:g} {parameter.unit}"
+            findings.add((*path, name, "value"), what, f"it lies in {low:g} to {high:g}")

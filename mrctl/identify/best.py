@@ -63,7 +63,7 @@ def identify_best(campaign: Campaign, progress: Report | None = None) -> Identif
     errors = errors_of(campaign, [r.run for r in moving], fit.model.predict(fit.theta))
     report(4, 4, "done")
     steps = (("base", errors.rmse_n),)
-    return IdentificationResult(damper, std, findings_of(fit, std), errors, steps, fit)
+    return IdentificationResult(damper, std, findings_of(fit, std, damper), errors, steps, fit)
 
 
 def _silent(done: int, total: int, what: str) -> None:

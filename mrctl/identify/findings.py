@@ -9,7 +9,10 @@ from numpy.typing import NDArray
 
 from mrctl.identify import base
 from mrctl.identify.finish import NEAR_ZERO_A
+from mrctl.identify.hysteresis import as_filter
 from mrctl.identify.joint_fit import JointFit
+from mrctl.model.damper import Damper
+from mrctl.model.filters import BAND_HZ
 
 Array = NDArray[np.float64]
 
@@ -17,6 +20,7 @@ STEADY_A = 0.05  # a current that moves less than this in every run shows no lag
 UNEVEN_SHARE = 0.7  # of the larger top speed that the smaller one must reach
 HARMONIC_SHARE = 1e-4  # of the static force's power at which a frequency counts as excited
 LONGEST_LIST = 2  # currents in a row that are named one by one
+OTHER_FILTER = 0.02  # of its response up to 20 Hz, that the filter written may be off without a word
 VAGUE_SHARE = 0.05  # relative standard deviation above which a table value is called vague
 
 
@@ -33,9 +37,10 @@ class Finding:
         return f"{self.part}: {self.what}; to know, {self.measure}"
 
 
-def findings_of(fit: JointFit, std: dict[str, tuple[float, ...]]) -> tuple[Finding, ...]:
-    """All that the campaign could not identify."""
-    return (*_current(fit, std), *_velocity(fit), *_temperature(fit), *_filter(fit))
+def findings_of(fit: JointFit, std: dict[str, tuple[float, ...]], damper: Damper) -> tuple[Finding, ...]:
+    """All that the campaign could not identify, and what of the fit the damper made of it does not hold."""
+    parts = _current(fit, std), _velocity(fit), _temperature(fit), _filter(fit), _carried(fit, damper)
+    return tuple(finding for part in parts for finding in part)
 
 
 def _current(fit: JointFit, std: dict[str, tuple[float, ...]]) -> list[Finding]:
@@ -121,6 +126,21 @@ def _temperature(fit: JointFit) -> list[Finding]:
         which, other = ("on", "off") if off else ("off", "on")
         return [Finding("h", f"no run in the {which} state: taken as in the {other} state", measure)]
     return []
+
+
+def _carried(fit: JointFit, damper: Damper) -> list[Finding]:
+    written = damper.forward_filter
+    exact = as_filter(fit.tables.filter, written.sample_rate_hz)
+    f = np.linspace(0.2, BAND_HZ, 100)
+    off = float(np.max(np.abs(written.response(f) / exact.response(f) - 1.0)))
+    if off < OTHER_FILTER:
+        return []
+    what = (
+        f"the filter that fits best cannot run at 500 Hz: the one written is off by up to {100 * off:.2g} %"
+    )
+    return [
+        Finding("H", what, "look for a load cell that drifts or is struck, and measure at 500 Hz or faster")
+    ]
 
 
 def _filter(fit: JointFit) -> list[Finding]:

@@ -6,15 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
-from mrctl.identify import hysteresis
-from mrctl.identify.inverse_filter import LOOP_RATES_HZ, design_inverse_filter
+from mrctl.identify.inverse_filter import design_inverse_filter
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
+from mrctl.identify.portable import portable
 from mrctl.model.damper import Damper, EffectSetting, Span
 from mrctl.model.effects.base import Vector
-from mrctl.model.filters import Filter, FilterError
 from mrctl.model.static import StaticTables, static_tables, transition_increases
 
 Array = NDArray[np.float64]
@@ -25,20 +23,18 @@ UNKNOWN_RISE = 1e-3  # relative rise of f with the current where only one curren
 NARROW_C = 1.0  # half the width of a temperature range where there is but one
 REFINE_CUTOFF_HZ = 60.0
 SLEW_A_S = 100.0
-TAMED_HZ = (150.0, 100.0, 70.0, 50.0)  # fastest pole, lowered until every loop rate can carry the filter
-TAMED_BAND_HZ = 40.0
 
 
 def damper_of(fit: JointFit) -> Damper:
     """The damper of a fit, with its effects; normalised to max |g| = 1, f from 0 A, filters at one rate.
 
-    What was not measured is filled in as `findings` says. Raises FilterError when the filter cannot be
-    carried to the loop's rates.
+    What was not measured is filled in as `findings` says, which also tells where the filter is not quite the
+    fit's, as the loop's rates cannot carry that one.
     """
     layout, t = fit.model.layout, fit.tables
     rate = max(float(max(r.rate_hz for r in fit.model.records)), 1000.0)
     rate = rate if rate <= 4000.0 else 2000.0
-    forward = _portable(t.filter, rate)
+    forward = portable(t.filter, rate)
     static = complete_tables(layout, t)
     velocity, temperature = layout.velocity_m_s, static.temperature_c
     low_a, high_a = measured_currents(fit)
@@ -155,45 +151,3 @@ def table_std(fit: JointFit, covariance: Array) -> dict[str, tuple[float, ...]]:
         for p, deviation in zip(effect.parameters, deviations, strict=True):
             result[f"effects.{name}.{p.name}"] = (deviation,)
     return result
-
-
-def _portable(theta: Array, rate_hz: float) -> Filter:
-    """The filter at a rate, tamed as little as needed for every loop rate to carry it."""
-    exact = hysteresis.as_filter(theta, rate_hz)
-    if _carries(exact):
-        return exact
-    order = theta.size // 2
-    unit_hz = hysteresis.UNIT_RAD_S / (2 * np.pi)
-    f = np.concatenate([np.linspace(0.2, 20.0, 60), np.linspace(21.0, TAMED_BAND_HZ, 20)])
-    wanted = hysteresis.response(theta, f)
-    weight = np.where(f <= 20.0, 1.0, 0.2)
-
-    def errors(x: Array) -> Array:  # of a pair its linear coefficient: bounded, neither pole is fast
-        at = hysteresis.by_middle(x)
-        miss = weight * (hysteresis.response(at, f) - wanted)
-        # A numerator that grows beyond the band is what no lower rate can follow.
-        return np.concatenate(
-            [miss.real, miss.imag, 1e-3 * np.abs(hysteresis.response(at, np.array([125.0, 250.0])))]
-        )
-
-    for fastest_hz in TAMED_HZ:
-        top = np.log(fastest_hz / unit_hz)
-        upper = np.concatenate([[top, top + np.log(2.0), 2 * top][-order:], np.full(order, np.inf)])
-        if order == 1:
-            upper = np.array([top, np.inf])
-        start = np.minimum(hysteresis.by_middle(theta), upper - 1e-3)
-        lower = np.concatenate([np.full(order, -12.0), np.full(order, -np.inf)])
-        x = least_squares(errors, np.maximum(start, lower + 1e-3), bounds=(lower, upper), x_scale="jac").x
-        tamed = hysteresis.as_filter(hysteresis.by_middle(np.asarray(x, dtype=np.float64)), rate_hz)
-        if _carries(tamed):
-            return tamed
-    raise FilterError("the hysteresis filter found cannot be carried to the loop's rates")
-
-
-def _carries(f: Filter) -> bool:
-    try:
-        for rate in LOOP_RATES_HZ:
-            f.resampled(rate)
-    except FilterError:
-        return False
-    return True

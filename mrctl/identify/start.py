@@ -112,8 +112,10 @@ def _binned_shape(layout: Layout, records: Sequence[Record]) -> Array:
             top += np.bincount(at, share * r.force_n / peak, size)[:size]
             bottom += np.bincount(at, share, size)[:size]
     g = np.where(bottom > 0.0, top / np.maximum(bottom, 1e-12), np.nan)
-    odd = np.nanmean(np.stack([np.abs(g), np.abs(g[::-1])]), axis=0)
-    seen = np.isfinite(odd)
+    sides = np.abs(np.stack([g, g[::-1]]))
+    seen = np.isfinite(sides).any(axis=0)
+    odd = np.zeros(size)
+    odd[seen] = np.nanmean(sides[:, seen], axis=0)
     odd = np.interp(np.arange(size), np.flatnonzero(seen), odd[seen])
     odd = np.maximum(odd, 0.02)
     odd[layout.zero] = 0.0

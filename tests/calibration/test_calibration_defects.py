@@ -331,6 +331,13 @@ def test_each_defect_of_an_effect_gets_its_line_and_its_mend(old, new, line, sai
     assert (above + line, True) in [(at, said in what) for at, what in found], found
 
 
+def test_a_bridge_s_damper_has_effects_of_its_size(tmp_path):
+    start = TEXT[: TEXT.index("\neffects:")]
+    (tmp_path / "bridge.yaml").write_text(start + EFFECT.replace("80.0", "69969.2"))
+    load_calibration(tmp_path / "bridge.yaml")
+    assert complaints(start + EFFECT.replace("80.0", "7e8"), tmp_path)
+
+
 def test_a_broken_plug_in_is_told_only_where_effects_are_used(tmp_path, monkeypatch):
     (tmp_path / "mine.py").write_text("EFFECT = 1 / 0\n")
     monkeypatch.setenv("MRCTL_EFFECTS", str(tmp_path / "mine.py"))

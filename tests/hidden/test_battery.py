@@ -14,9 +14,9 @@ import follow
 import generate
 import score
 
-# Chosen before any of them was diagnosed: every twenty-first single effect, and a damper without one.
+# Chosen before any of them was diagnosed: of four effects the damper of the fewest samples, and one of none.
 SEED = 11
-CASES = [("A", 3), ("A", 24), ("A", 45), ("A", 66), ("B", 0)]
+CASES = [("A", 3), ("A", 58), ("A", 62), ("A", 83), ("B", 0)]
 
 
 @pytest.mark.slow

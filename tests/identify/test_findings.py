@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from types import SimpleNamespace
 
-from mrctl.identify.findings import _stretches
+import numpy as np
+import pytest
+from identify.test_portable import DRIFT
+
+from mrctl.identify import hysteresis
+from mrctl.identify.findings import _carried, _stretches
+from mrctl.identify.portable import portable
 
 
 def test_currents_in_a_row_are_named_by_their_ends():
@@ -13,3 +19,10 @@ def test_currents_in_a_row_are_named_by_their_ends():
     assert _stretches(current, vague) == ["0 A", "1 to 2 A", "3 A"]
     assert _stretches(current, ~vague) == ["0.5 A", "2.5 A"]
     assert _stretches(current, np.zeros(7, dtype=bool)) == []
+
+
+@pytest.mark.parametrize(("theta", "told"), [(hysteresis.lag(15.0), False), (DRIFT, True)])
+def test_a_filter_that_is_not_the_fit_s_is_told(theta, told):
+    fit = SimpleNamespace(tables=SimpleNamespace(filter=theta))
+    found = _carried(fit, SimpleNamespace(forward_filter=portable(theta, 1000.0)))
+    assert [f.part for f in found] == ["H"] * told

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from mrctl.measurements import (
     load_run,
     require_sound,
 )
+from mrctl.measurements.quality.spikes import check_spikes
 from mrctl.plant.dyno.campaign import Bench
 
 RATE = 1000.0
@@ -86,6 +88,33 @@ def test_sound_dampers_in_all_motions_raise_no_error(motion, damper):
     findings = check_run(run_of(measured, force))
     assert [str(finding) for finding in findings if finding.level == "error"] == []
     assert [str(finding) for finding in findings if "flipped" in finding.what] == []
+
+
+@pytest.mark.parametrize("motion", motions())
+@pytest.mark.parametrize("damper", forces(np.zeros(9), np.zeros(9)))
+def test_what_no_cable_made_is_no_spike(motion, damper):
+    x, v = motions()[motion]
+    force = forces(x, v)[damper] + noise(len(v), 5.0)
+    assert not list(check_spikes(run_of(v, force)))
+
+
+def test_a_struck_cable_is_told_with_its_row():
+    _, v = motions()["dyno sine"]
+    force = 900.0 * np.tanh(v / 0.03) + noise(len(v), 5.0)
+    force[[300, 7000]] += 4000.0
+    force[9000:] += 800.0  # a step is no spike
+    (found,) = check_spikes(run_of(v, force))
+    assert (found.level, found.row) == ("warning", run_of(v, force).row(300))
+    assert "force_N leaps by 4e+03 for a single sample, 2 times" in found.what
+
+
+@pytest.mark.parametrize(("zero_a", "level"), [(0.0, "warning"), (-0.5, "error")])
+def test_noise_at_no_current_is_no_clamp_turned_round(zero_a, level):
+    _, v = motions()["dyno sine"]
+    force = 900.0 * np.tanh(v / 0.03) + noise(len(v), 5.0)
+    run = run_of(v, force, current=0.0)
+    run = replace(run, current_a=zero_a + np.clip(noise(len(v), 0.02), -0.06, 0.06))
+    assert [f.level for f in check_run(run) if "current_A" in f.what] == [level]
 
 
 @pytest.mark.parametrize("motion", motions())

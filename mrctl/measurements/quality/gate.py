@@ -14,6 +14,7 @@ from mrctl.measurements.quality.delay import check_delay, common_delay
 from mrctl.measurements.quality.finding import Finding, warning
 from mrctl.measurements.quality.physics import check_consistency, check_sign
 from mrctl.measurements.quality.sensors import check_clipping, check_stuck
+from mrctl.measurements.quality.spikes import check_spikes
 from mrctl.measurements.quality.units import check_units
 from mrctl.measurements.run import Campaign, Run
 
@@ -61,6 +62,7 @@ def _check(run: Run, strongest_n: float = 0.0) -> list[Finding]:
             return _errors_first(findings)
     findings += check_clipping(run)
     findings += check_stuck(run)
+    findings += check_spikes(run)
     if moving and "force_n" not in wrong:
         findings += check_sign(run)
     if moving and "displacement_m" not in wrong:

@@ -22,6 +22,7 @@ LONG_STROKE_M, FAST_M_S = 0.3, 3.0
 MAX_TEMPERATURE_C, MIN_TEMPERATURE_C, KELVIN_C = 150.0, -60.0, 220.0
 MAX_CURRENT_A = 20.0
 NOISE_CURRENT_A = 0.05
+TURNED_ROUND_A = 0.2  # below zero, that no noise at 0 A reaches
 MAX_FORCE_N, MIN_FORCE_N = 1e6, 10.0
 WEAK = 0.01  # of the strongest run: no current and a slow motion make no less, kN for N do
 WORTH_M_S = 0.02
@@ -92,7 +93,7 @@ def _current(run: Run) -> Iterator[tuple[str, Finding]]:
     least = float(run.current_a[low])
     if least < -NOISE_CURRENT_A:
         mend = "currents count from 0 up: is the clamp turned round, or its zero off?"
-        level = error if least < -0.1 * peak else warning
+        level = error if least < -max(0.1 * peak, TURNED_ROUND_A) else warning
         yield "current_a", level(run, low, f"current_A is negative ({least:.3g})", mend)
 
 
