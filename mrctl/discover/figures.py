@@ -66,6 +66,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
                 for c in courses_told(d)
             ],
             "bursts_n": root(d.balance.bursts),
+            "by_run_n": root(d.balance.by_run),
             "line": None if d.balance.line is None else _stated(d.balance.line),
             "hum": [_stated(hum) for hum in d.balance.hums],
         },
@@ -176,6 +177,13 @@ def verdict_words(d: Diagnosis) -> str:
     if d.verdict == "ambiguous":
         why = "; ".join(dict.fromkeys(f"{r.name}: {r.why}" for f in d.found for r in f.rivals))
         return f"One of {names} is missing, and this campaign cannot tell which ({why}).{changing}{floor}"
+    left = root(max(d.removable, d.balance.bursts))
+    missing = f"Something is missing that no known effect explains: {left:.3g} N."
+    return f"{missing}{_nearest_words(d)}{changing}{_where_words(d)}{floor}"
+
+
+def _where_words(d: Diagnosis) -> str:
+    """Where what no effect explains shows itself."""
     where = ", ".join(" and ".join(m.signals) for m in d.left.maps[:2] if m.explained_n2 > 0.0)
     where = f" It shows over {where}." if where else ""
     if d.balance.line is not None:
@@ -188,16 +196,23 @@ def verdict_words(d: Diagnosis) -> str:
     )
     if d.balance.bursts:
         where += f" {root(d.balance.bursts):.3g} N of it comes in bursts: is it the load cell or its cable?"
-    part = ""
-    if d.found:
-        helps = ", ".join(f.trial.effect.name for f in d.found)
-        part = f" The nearest ({helps}) explains {explained_percent(d):.0f} % of it only."
-        if d.stranger is not None:
-            part = (
-                f" It is not {helps}, which would explain {explained_percent(d):.0f} %: a course fits better."
-            )
-    left = root(max(d.removable, d.balance.bursts))
-    return f"Something is missing that no known effect explains: {left:.3g} N.{part}{changing}{where}{floor}"
+    if d.balance.by_run:
+        own = root(d.balance.by_run)
+        where += f" {own:.3g} N of it is another zero of the force in each run: does the load cell drift?"
+    return where
+
+
+def _nearest_words(d: Diagnosis) -> str:
+    """How near the effects come that help, though none is what is missing."""
+    if not d.found:
+        return ""
+    helps = ", ".join(f.trial.effect.name for f in d.found)
+    share = explained_percent(d)
+    if d.stranger is not None:
+        return f" It is not {helps}, which would explain {share:.0f} %: a course fits better."
+    if d.balance.cleared:
+        return f" The nearest ({helps}) explains it where it was fitted, but does not foretell the rest."
+    return f" The nearest ({helps}) explains {share:.0f} % of it only."
 
 
 def root(mean_square: float) -> float:

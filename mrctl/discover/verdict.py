@@ -29,6 +29,7 @@ SEEN = 0.02  # as STRANGE, for one that the effects found stand in place of
 IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales, ...
 OF_MOTION = 3.0  # ... times what the motion's noise makes, which comes and goes as the damper is steep, ...
 SLOW = 0.05  # ... and where it is faster than this share of its largest speed
+MOSTLY_BY_RUN = 0.5  # of what is left, that the runs' means must be to be told
 EXPLAINED = 0.9  # of what can be removed: less, and the effects found are not what is missing
 NEARLY_ALL = 0.98  # of that: more, and an effect at its end, or of a wide spread, is not doubted for it; ...
 MOST_IN_PART = 2  # ... nor are more effects than so many, which could make up for anything
@@ -61,6 +62,7 @@ class Balance:
     hums: Sequence[Line] = ()  # that do not: the measurement's own
     bursts: float = 0.0  # of moments that no noise has, where they are most of it
     courses: Sequence[Course] = ()  # that no effect has, of what is left; most first
+    by_run: float = 0.0  # of the runs' means, where they are most of what is left
 
     @property
     def cleared(self) -> bool:
@@ -97,7 +99,9 @@ def balance_of(
     if bursts < OF_MOTION * budget.brought:
         bursts = 0.0
     left_n2, bursts = (x if x > least else 0.0 for x in (over, bursts))
-    return Balance(budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses)
+    by_run = mean_square([np.full(e.size, e.mean()) for e in errors])
+    by_run = by_run if by_run > MOSTLY_BY_RUN * left_n2 > 0.0 else 0.0
+    return Balance(budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses, by_run)
 
 
 def _signals(evidence: Evidence, errors: Sequence[Array]) -> list[list[Array]]:

@@ -89,3 +89,15 @@ def test_a_little_that_is_not_borne_out_is_nothing(monkeypatch, taken, alone, ve
     )
     base = SimpleNamespace(mean_square=100.0)
     assert module._less_what_is_slight(None, base, judged).verdict == verdict
+
+
+def test_zeros_too_large_to_be_taken_out_are_told():
+    """30 N up or down in each run: no load cell is trusted to wander so far, but it can be said."""
+    plain = rich()
+    runs = [replace(r, force_n=r.force_n + 30.0 * (-1.0) ** (k // 2)) for k, r in enumerate(plain.runs)]
+    evidence = Evidence.of(replace(plain, runs=tuple(runs)))
+    base = evidence.base()
+    left = structure_of(base.fit, evidence.folds)
+    balance = balance_of(evidence, base, left, [], bare=True)
+    assert not balance.cleared
+    assert np.sqrt(balance.by_run) == pytest.approx(30.0, rel=0.3)
