@@ -13,6 +13,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from mrctl.printable import printable
+
 
 @dataclass(frozen=True, slots=True, order=True)
 class Problem:
@@ -24,9 +26,9 @@ class Problem:
     mend: str = ""
 
     def __str__(self) -> str:
-        """`FILE[:LINE]: what is wrong; the mend`."""
+        """`FILE[:LINE]: what is wrong; the mend`, on one line whatever a file is called."""
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        return f"{place}: {self.what}" + (f"; {self.mend}" if self.mend else "")
+        return printable(f"{place}: {self.what}" + (f"; {self.mend}" if self.mend else ""))
 
 
 class MrctlError(Exception):

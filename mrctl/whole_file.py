@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -25,14 +26,13 @@ def whole_file(
     A replaced file keeps its permissions. The arguments are those of `open`. Raises OSError.
     """
     target = Path(path)
-    if target.exists() and not target.is_file():
+    if _is_special(target):
         with target.open(mode, encoding=encoding, errors=errors, newline=newline) as stream:
             yield stream
         return
     if target.is_symlink():
         target = target.resolve()
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-    aside = Path(name)
+    handle, aside = _aside(target)
     try:
         with os.fdopen(handle, mode, encoding=encoding, errors=errors, newline=newline) as stream:
             yield stream
@@ -42,6 +42,28 @@ def whole_file(
         aside.replace(target)
     finally:
         aside.unlink(missing_ok=True)
+
+
+def try_place(path: Path | str) -> None:
+    """Find out whether `whole_file` can write there, by beginning to and undoing it. Raises OSError."""
+    target = Path(path)
+    if _is_special(target):
+        if not os.access(target, os.W_OK):  # opened, a pipe would wait for its reader
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return
+    handle, aside = _aside(target.resolve() if target.is_symlink() else target)
+    os.close(handle)
+    aside.unlink()
+
+
+def _is_special(target: Path) -> bool:
+    return target.exists() and not target.is_file()
+
+
+def _aside(target: Path) -> tuple[int, Path]:
+    """A new file beside the target, open to write."""
+    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    return handle, Path(name)
 
 
 def _umask() -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TypeVar
@@ -11,8 +12,10 @@ from typing import TypeVar
 import numpy as np
 
 from mrctl.calibration import Calibration, load_calibration
+from mrctl.cli.outputs import check_outputs
 from mrctl.errors import InputError, Problem
 from mrctl.measurements import Run, load_run, write_run_csv
+from mrctl.measurements.plain_csv import NOT_USED
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 
@@ -47,23 +50,31 @@ def apply(
     model_of: gives a function from sample number to value, called in order. finished: what the model makes
     of them all at the end. Warnings go to standard error.
     """
+    check_outputs(args)
     calibration = load_calibration(args.calibration)
     run = load_run(args.run_file, args.columns, need_force=need_force, need_current=need_current)
     for problem in (*calibration.warnings, *outside_validity(calibration, run, current=need_current)):
         print(f"warning: {problem}", file=sys.stderr)
     try:
         model = model_of(calibration, run)
+        values = np.empty(len(run.time_s))
+        with Progress(run.name, len(values), quiet=args.quiet) as progress:
+            for k in range(len(values)):
+                values[k] = model(k)
+                if k % SAMPLES_PER_REPORT == 0:
+                    progress.update(k)
     except FilterError as error:
         mend = "resample the run, to 500 to 2000 Hz perhaps"
         raise InputError.at(run.file, f"sampled at {run.sample_rate_hz:g} Hz, {error}", mend) from error
-    values = np.empty(len(run.time_s))
-    with Progress(run.name, len(values), quiet=args.quiet) as progress:
-        for k in range(len(values)):
-            values[k] = model(k)
-            if k % SAMPLES_PER_REPORT == 0:
-                progress.update(k)
+    except ArithmeticError as error:  # of an effect of the user's own
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        mend = "mend it: divide by nothing that can be 0"
+        raise InputError.at(place.filename, f"{place.name} fails ({error})", mend, place.lineno) from error
     if finished is not None:
         values = finished(model)
+    for note in run.notes:
+        if note.startswith(NOT_USED):
+            print(f"warning: {Problem(str(run.file), None, note, f'not in {args.output}')}", file=sys.stderr)
     write_run_csv(run, Path(args.output), {column: values})
     return run, values
 

@@ -13,8 +13,8 @@ from mrctl.calibration import calibration_from_document
 from mrctl.cli.check_summary import calibration_summary, config_summary, dbc_summary, summary_text
 from mrctl.config import config_from_document
 from mrctl.errors import InputError, Problem
+from mrctl.printable import printable
 from mrctl.yaml_source import Document, read_document
-from mrctl.yaml_source.document import printable
 from mrctl.yaml_source.writer import write_atomically
 
 SUMMARY = "is this calibration, configuration or DBC sound?"

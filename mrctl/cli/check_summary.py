@@ -13,8 +13,8 @@ from mrctl.control.laws import LAWS
 from mrctl.control.maps import CURRENT_MAPS
 from mrctl.model.damper import Span
 from mrctl.model.filters import Filter
+from mrctl.printable import printable
 from mrctl.report.terminal import table
-from mrctl.yaml_source.document import printable
 
 # Where a DBC says nothing of the bus it is for.
 _DBC_BITRATE = 500_000

@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 
 from mrctl.calibration import load_calibration
+from mrctl.cli.outputs import check_outputs, given
+from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.compare import START, Comparison, compare, figures
 from mrctl.discover.compare_report import write_report
 from mrctl.errors import InputError
@@ -40,6 +42,8 @@ example:
 
 def run(args: argparse.Namespace) -> int:
     """Compare, print, write."""
+    check_outputs(args)
+    try_own_effects()
     calibration = load_calibration(args.calibration)
     campaign = load_campaign(args.data, args.columns)
     for problem in require_sound(campaign):
@@ -54,7 +58,8 @@ def run(args: argparse.Namespace) -> int:
             )
             raise InputError.at(campaign.root, f"the hysteresis filter {error}", mend) from error
     if args.report:
-        words = ["mrctl", "compare", args.calibration, args.data, "--report", args.report]
+        words = ["mrctl", "compare", args.calibration, args.data, *given("--columns", args.columns)]
+        words += ["--report", args.report]
         write_report(result, calibration, campaign, Path(args.report), shlex.join(words))
     text = json.dumps(figures(result), indent=2, allow_nan=False) + "\n"
     if args.json == "-":

@@ -9,15 +9,23 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mrctl.calibration import load_calibration
+from mrctl.calibration import Calibration, load_calibration
 from mrctl.cli.diagnosis import data_arguments, effects_of, load_sound
+from mrctl.cli.identify import damper_forces
+from mrctl.cli.outputs import check_outputs, given
+from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.diagnose import Diagnosis, diagnose
-from mrctl.discover.figures import diagnosis_figures
+from mrctl.discover.figures import diagnosis_figures, root
+from mrctl.errors import Problem
+from mrctl.identify.result import errors_of
+from mrctl.measurements import Campaign
+from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import paint, table
 from mrctl.yaml_source.writer import write_atomically
 
 SUMMARY = "which physical effect is missing: verdict, ranking, rivals, what to measure next"
+POOR_FIT, FAR_OFF = 50.0, 3.0  # percent, and times the base's error: a calibration of another damper
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,16 +43,20 @@ example:
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose, print, write."""
+    check_outputs(args)
+    try_own_effects()
     calibration = load_calibration(args.calibration)
     known, values = effects_of(calibration)
     campaign = load_sound(args)
     with Progress("Diagnosing", 1.0, quiet=args.quiet or args.json == "-") as progress:
         result = diagnose(campaign, known, values, progress.update)
+    _doubt(calibration, campaign, result)
     figures = diagnosis_figures(result)
     if args.report:
         from mrctl.discover.diagnose_report import write_diagnosis  # noqa: PLC0415 - only who asks for it loads it
 
-        words = ["mrctl", "diagnose", args.calibration, args.data, "--report", args.report]
+        words = ["mrctl", "diagnose", args.calibration, args.data, *given("--columns", args.columns)]
+        words += ["--report", args.report]
         write_diagnosis(result, figures, campaign, Path(args.report), shlex.join(words))
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if args.json == "-":
@@ -55,6 +67,20 @@ def run(args: argparse.Namespace) -> int:
     if not args.quiet:
         print_diagnosis(result, figures)
     return 0
+
+
+def _doubt(calibration: Calibration, campaign: Campaign, result: Diagnosis) -> None:
+    """A warning where the calibration is far from what its tables, fitted anew, make of these runs."""
+    try:
+        forces = damper_forces(campaign, calibration.damper)
+    except FilterError:  # of runs sampled too slowly for its filter; the fit has one of its own
+        return
+    errors = errors_of(campaign, list(range(len(forces))), forces)
+    anew_n = root(result.base.mean_square)
+    if errors.fit_percent < POOR_FIT and errors.rmse_n > FAR_OFF * anew_n:
+        what = f"predicts these runs to {errors.rmse_n:.3g} N, its tables, fitted anew, to {anew_n:.3g} N"
+        mend = "is it another damper's? The diagnosis is of the runs"
+        print(f"warning: {Problem(str(calibration.path), None, what, mend)}", file=sys.stderr)
 
 
 def print_diagnosis(result: Diagnosis, figures: dict[str, Any]) -> None:

@@ -11,7 +11,9 @@ from pathlib import Path
 from mrctl.cli.diagnose import print_diagnosis
 from mrctl.cli.diagnosis import data_arguments, extension_figures, load_sound
 from mrctl.cli.extend import print_extension
-from mrctl.cli.identify import kept_out, prediction, said
+from mrctl.cli.identify import damper_name, kept_out, prediction, said
+from mrctl.cli.outputs import check_outputs, given
+from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.discover import discover
 from mrctl.discover.extended_calibration import write_extended
 from mrctl.discover.figures import diagnosis_figures, parameters_of
@@ -47,6 +49,8 @@ examples:
 
 def run(args: argparse.Namespace) -> int:
     """Discover, print, write."""
+    check_outputs(args)
+    try_own_effects()
     campaign, left_out = part(load_sound(args), args.leave_out)
     with Progress("Discovering", 1.0, quiet=args.quiet or args.json == "-") as progress:
         try:
@@ -54,8 +58,8 @@ def run(args: argparse.Namespace) -> int:
         except FilterError as error:
             raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
     extension = result.extension
-    name = args.name or Path(args.data).resolve().stem
-    write_extended(extension, name, campaign, args.data, args.output, "discover", notes=kept_out(args))
+    name, notes = damper_name(args), kept_out(args)
+    write_extended(extension, name, campaign, args.data, args.output, "discover", notes=notes)
     parameters = {name: parameters_of(extension.fit, name) for name in extension.effects}
     diagnosis = diagnosis_figures(result.diagnosis)
     figures = {
@@ -77,7 +81,9 @@ def run(args: argparse.Namespace) -> int:
     if args.report:
         from mrctl.discover.discover_report import write_discovery  # noqa: PLC0415 - only who asks for it loads it
 
-        words = ["mrctl", "discover", args.data, "-o", args.output, "--report", args.report]
+        words = ["mrctl", "discover", args.data, *given("--columns", args.columns), "-o", args.output]
+        words += [*given("--name", args.name), *given("--leave-out", args.leave_out)]
+        words += ["--report", args.report]
         write_discovery(result, diagnosis, campaign, Path(args.report), shlex.join(words))
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if args.json == "-":

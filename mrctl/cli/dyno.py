@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from mrctl.calibration import load_calibration
+from mrctl.cli.outputs import check_outputs
+from mrctl.cli.own_effects import try_own_effects
 from mrctl.errors import InputError
 from mrctl.model.baselines.bouc_wen import BoucWen
 from mrctl.model.damper import Damper
@@ -17,9 +19,10 @@ from mrctl.plant.dyno.campaign import DAMPERS, Bench, DynoRun, with_typical, wri
 from mrctl.plant.dyno.parameters import DynoDamper
 from mrctl.plant.dyno.protocols import PROTOCOLS
 from mrctl.plant.dyno.sensors import FORCE_NOISE_N
+from mrctl.printable import printable
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import table
-from mrctl.yaml_source.writer import write_atomically
+from mrctl.yaml_source.writer import check_writable, write_atomically
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -85,6 +88,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError.at("--rate", f"is {args.rate:g} Hz", "give a number from 100 to 20000")
     if args.seed < 0:
         raise InputError.at("--seed", f"is {args.seed}", "give 0 or more")
+    _check_outputs(args)
     bench = Bench(_damper(args.damper, args.effect), args.seed, args.noise)
     with Progress(f"dyno, {args.protocol}", len(bench.drives(args.protocol, args.rate))) as progress:
         items = write_campaign(
@@ -97,9 +101,10 @@ def run(args: argparse.Namespace) -> int:
             "effects": args.effect,
             "seed": args.seed,
             "noise_n": args.noise,
-            "folder": args.output,
+            "folder": printable(args.output),
         }
-        text = json.dumps({**result, "runs": [_told(item) for item in items]}, indent=2) + "\n"
+        text = json.dumps({**result, "runs": [_told(item) for item in items]}, indent=2, allow_nan=False)
+        text += "\n"
         if args.json == "-":
             print(text, end="")
             return 0
@@ -107,6 +112,16 @@ def run(args: argparse.Namespace) -> int:
     seconds = sum(len(item.run) / item.run.sample_rate_hz for item in items)
     print(f"{args.output}: {len(items)} runs, {seconds:.0f} s of measurement")
     return 0
+
+
+def _check_outputs(args: argparse.Namespace) -> None:
+    """Raises InputError where the folder or the JSON cannot be written; JSON may go into a new folder."""
+    folder = Path(args.output)
+    if folder.is_dir():
+        check_writable(folder / "run.csv")
+    inside = args.json is not None and folder in Path(args.json).parents
+    others = argparse.Namespace(json=args.json, damper=args.damper)
+    check_outputs(others, makes_folder=("json",) if inside else ())
 
 
 def _damper(name: str, hidden: list[str]) -> DynoDamper | BoucWen | Damper:
@@ -125,6 +140,7 @@ def _damper(name: str, hidden: list[str]) -> DynoDamper | BoucWen | Damper:
             f"there is none called {name!r}",
             f"take {', '.join(DAMPERS)} or a calibration's YAML file",
         )
+    try_own_effects()
     try:
         return with_typical(load_calibration(name).damper, hidden)
     except EffectError as error:

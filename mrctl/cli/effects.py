@@ -12,14 +12,16 @@ from pathlib import Path
 
 from mrctl.calibration import load_calibration
 from mrctl.cli.effect_template import template
+from mrctl.cli.own_effects import effects_named, file_of
 from mrctl.errors import InputError
 from mrctl.model.effects.base import Effect, Parameter, force_power
 from mrctl.model.effects.card import card
 from mrctl.model.effects.registry import VARIABLE, effects
 from mrctl.model.effects.size import LARGEST_N, SMALLEST_N
+from mrctl.printable import printable
 from mrctl.report.terminal import paint
 from mrctl.share_path import share_file
-from mrctl.yaml_source.writer import write_atomically
+from mrctl.yaml_source.writer import check_writable, write_atomically
 
 SUMMARY = "the physical effects it knows: equations, parameters, how each is undone"
 WIDTH = 100
@@ -55,7 +57,8 @@ def run(args: argparse.Namespace) -> int:
         return _write_new(args.new, Path(args.output or f"{args.new}.py"))
     chosen = _chosen(args.names)
     if args.json:
-        text = json.dumps({"effects": [card(one) for one in chosen]}, indent=2, ensure_ascii=False) + "\n"
+        cards = {"effects": [card(one) for one in chosen]}
+        text = json.dumps(cards, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
         if args.json == "-":
             sys.stdout.write(text)
             return 0
@@ -67,13 +70,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _chosen(names: list[str]) -> list[Effect]:
-    known = effects()
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise InputError.at(
-            "NAME", f"there is no effect {', '.join(unknown)}", f"there are {', '.join(known)}"
-        )
-    return [known[name] for name in names] or list(known.values())
+    return effects_named(names, "NAME") or list(effects().values())
 
 
 def _text(one: Effect) -> str:
@@ -109,6 +106,7 @@ def _write_new(name: str, path: Path) -> int:
         raise InputError.at("--new", f"{name!r} cannot name an effect", "lower-case letters, digits and _")
     if name in effects():
         raise InputError.at("--new", f"the effect {name} is already there", "choose another name")
+    check_writable(path)
     if path.exists():
         raise InputError.at(path, "the file is already there", "choose another with -o")
     write_atomically(path, template(name))
@@ -131,5 +129,5 @@ def _check(chosen: list[Effect]) -> int:
         sound = sound and not broken
         print(f"{one.name}: {'keeps its promises' if not broken else 'breaks its promises'}")
         for what in broken:
-            print(f"  {what}")
+            print(f"  {printable(file_of(one))}: {one.name}: {what}")
     return 0 if sound else 1

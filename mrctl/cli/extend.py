@@ -11,11 +11,12 @@ from typing import Any
 
 from mrctl.calibration import load_calibration
 from mrctl.cli.diagnosis import data_arguments, effects_of, extension_figures, load_sound
+from mrctl.cli.outputs import check_outputs, given
+from mrctl.cli.own_effects import effects_named, try_own_effects
 from mrctl.discover.extend import extend
 from mrctl.discover.extended_calibration import write_extended
 from mrctl.discover.figures import parameters_of
 from mrctl.errors import InputError
-from mrctl.model.effects.registry import effect as effect_named
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.yaml_source.writer import write_atomically
@@ -46,6 +47,7 @@ examples:
 
 def run(args: argparse.Namespace) -> int:
     """Extend, prove, write."""
+    check_outputs(args, updates="calibration")  # whose history goes on
     calibration = load_calibration(args.calibration)
     if not args.effect and not args.remove:
         raise InputError.at(
@@ -59,7 +61,8 @@ def run(args: argparse.Namespace) -> int:
                 f"has no effect {name} to remove",
                 f"it has {', '.join(sorted(has)) or 'none'}",
             )
-    added = [effect_named(name) for name in dict.fromkeys(args.effect)]
+    added = effects_named(args.effect, "--effect")
+    try_own_effects()
     campaign = load_sound(args)
     known, values = effects_of(calibration)
     wanted = {e.name for e in added}
@@ -69,7 +72,8 @@ def run(args: argparse.Namespace) -> int:
             result = extend(campaign, kept, added, values, report=progress.update)
         except FilterError as error:
             raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
-    what = "extend" if added else "remove " + ", ".join(args.remove)
+    parts = ["extend"] * bool(added) + ["remove " + ", ".join(args.remove)] * bool(args.remove)
+    what = " and ".join(parts)
     write_extended(
         result, calibration.name, campaign, args.data, args.output, what, calibration.provenance.history
     )
@@ -78,7 +82,9 @@ def run(args: argparse.Namespace) -> int:
     if args.report:
         from mrctl.discover.extend_report import write_extension  # noqa: PLC0415 - only who asks for it loads it
 
-        words = ["mrctl", "extend", args.calibration, args.data, "--effect", *args.effect, "-o", args.output]
+        words = ["mrctl", "extend", args.calibration, args.data, *given("--columns", args.columns)]
+        words += [*given("--effect", *args.effect), *given("--remove", *args.remove)]
+        words += ["-o", args.output, "--report", args.report]
         write_extension(result, figures, campaign, Path(args.report), shlex.join(words))
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if args.json == "-":

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 import mrctl
 from mrctl.calibration import Provenance, Step, calibration_from_damper, dump_calibration
+from mrctl.cli.outputs import check_outputs
+from mrctl.cli.own_effects import try_own_effects
 from mrctl.identify.best import identify_best
 from mrctl.identify.forward import modelled
 from mrctl.identify.page import write_page
@@ -22,6 +24,7 @@ from mrctl.identify.result import Errors, errors_of
 from mrctl.measurements import Campaign, load_campaign, require_sound
 from mrctl.measurements.left_out import part
 from mrctl.model.damper import Damper
+from mrctl.printable import printable
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
 from mrctl.report.terminal import paint, table
@@ -59,6 +62,8 @@ examples:
 def run(args: argparse.Namespace) -> int:
     """Identify, print, write."""
     began = time.monotonic()
+    check_outputs(args)
+    try_own_effects()
     campaign = load_campaign(args.data, args.columns)
     for problem in require_sound(campaign):
         print(f"warning: {problem}", file=sys.stderr)
@@ -66,18 +71,18 @@ def run(args: argparse.Namespace) -> int:
     damper, std, notes = _identified(args, campaign)
     forces = damper_forces(campaign, damper)
     errors = errors_of(campaign, list(range(len(forces))), forces)
-    name = args.name or Path(args.data).resolve().stem
+    name = damper_name(args)
     history = (
         Step(
             what="identify",
             effects=tuple(e.name for e in damper.effects),
             date=datetime.now(UTC).date().isoformat(),
-            data=str(args.data),
+            data=printable(args.data),
             version=mrctl.__version__,
         ),
     )
     provenance = Provenance(
-        source=f"{len(errors.runs)} runs in {args.data}",
+        source=f"{len(errors.runs)} runs in {printable(args.data)}",
         created=datetime.now(UTC).date().isoformat(),
         method=" ".join(
             [f"mrctl identify --method {args.method}: {METHODS[args.method]}.", *kept_out(args), *notes]
@@ -92,11 +97,12 @@ def run(args: argparse.Namespace) -> int:
     if args.report:
         by_run = {run.name: force for run, force in zip(campaign.runs, forces, strict=True)}
         write_page(Path(args.report), name, args.method, campaign, damper, std, errors, by_run, notes)
+    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if args.json == "-":
-        sys.stdout.write(json.dumps(figures, indent=2) + "\n")
+        sys.stdout.write(text)
         return 0
     if args.json:
-        write_atomically(args.json, json.dumps(figures, indent=2) + "\n")
+        write_atomically(args.json, text)
     if not args.quiet:
         _print(errors, notes, args.output)
         if left_out.runs:
@@ -120,9 +126,14 @@ def _identified(
     return result.damper, result.std, [f"{finding}." for finding in result.findings]
 
 
+def damper_name(args: argparse.Namespace) -> str:
+    """What the user calls the damper, else the name of where its measurements are."""
+    return printable(args.name or Path(args.data).resolve().stem)
+
+
 def kept_out(args: argparse.Namespace) -> list[str]:
     """What the calibration says of runs that were left out."""
-    return [f"Without the runs {args.leave_out}."] if args.leave_out else []
+    return [f"Without the runs {printable(args.leave_out)}."] if args.leave_out else []
 
 
 def prediction(left_out: Campaign, damper: Damper) -> dict[str, Any]:
@@ -152,7 +163,7 @@ def _figures(
 ) -> dict[str, Any]:
     return {
         "method": args.method,
-        "calibration": str(args.output),
+        "calibration": printable(args.output),
         "effects": [e.name for e in damper.effects],
         "rmse_n": errors.rmse_n,
         "fit_percent": errors.fit_percent,

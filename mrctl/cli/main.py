@@ -6,15 +6,18 @@ Exit status: 0 success, 1 failure at run time, 2 unusable input, 130 interrupted
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import io
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Protocol
 
 import mrctl
-from mrctl.errors import InputError, MrctlError
+from mrctl.errors import InputError, MrctlError, Problem
+from mrctl.printable import printable
 
 # In the order of a user's way; the summaries stand here so that `mrctl --help` imports no command.
 COMMANDS = {
@@ -88,15 +91,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     # The fits are many and small: threads inside the linear algebra would only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    _open_what_is_closed()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal without Unicode gets "?" instead of a traceback
             stream.reconfigure(errors="replace")
     chosen = next((word for word in arguments if word in COMMANDS), None)
     try:
         args = build_parser(chosen).parse_args(arguments)
+        _refuse_empty(args)
         status: int = args.run(args)
+        sys.stdout.flush()
     except MrctlError as error:
-        lines = [str(p) for p in error.problems] if isinstance(error, InputError) else [str(error)]
+        lines = [str(p) for p in error.problems] if isinstance(error, InputError) else [printable(str(error))]
         for line in lines:
             print(f"error: {line}", file=sys.stderr)
         return error.exit_status
@@ -109,9 +115,37 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:  # the reader, `head` perhaps, has had enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 0
+    except OSError as error:  # above all a disk that is full behind standard output
+        place = "standard output" if error.filename is None else str(error.filename)
+        failure = Problem(
+            place, None, f"failed ({error.strerror or error})", "make room, or name another place"
+        )
+        print(f"error: {failure}", file=sys.stderr)
+        _drop_output()
+        return 1
     return status
+
+
+def _refuse_empty(args: argparse.Namespace) -> None:
+    """Raises InputError for an argument without a letter: as a path it would mean the current folder."""
+    for name, value in vars(args).items():
+        if value == "" or (isinstance(value, list) and "" in value):
+            mend = "give it a value; is a variable of the shell not set?"
+            raise InputError.at(name.replace("_", " ").upper(), "is empty", mend)
+
+
+def _open_what_is_closed() -> None:
+    """Standard output or error that the caller closed goes nowhere: the next file would take its number."""
+    sys.stdout = sys.stdout or Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - for good
+    sys.stderr = sys.stderr or Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - as above
+
+
+def _drop_output() -> None:
+    """What is left to print goes nowhere, so that the end of the program does not fail for it again."""
+    with contextlib.suppress(io.UnsupportedOperation):  # what stands in for standard output in tests
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def entry_point() -> None:

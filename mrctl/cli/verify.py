@@ -8,6 +8,8 @@ import shlex
 import sys
 from pathlib import Path
 
+from mrctl.cli.outputs import check_outputs
+from mrctl.cli.own_effects import try_own_effects
 from mrctl.measurements import load_campaign, require_sound
 from mrctl.plant.dyno.campaign import Bench
 from mrctl.plant.dyno.parameters import MAGNERIDE_LIKE
@@ -47,6 +49,8 @@ example:
 
 def run(args: argparse.Namespace) -> int:
     """Verify, print, write."""
+    check_outputs(args, makes_folder=("output",))
+    try_own_effects()
     virtual = None
     if args.data:
         campaign = load_campaign(args.data)

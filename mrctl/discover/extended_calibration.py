@@ -9,6 +9,7 @@ import mrctl
 from mrctl.calibration import Provenance, Step, calibration_from_damper, dump_calibration
 from mrctl.discover.extend import Extension
 from mrctl.measurements import Campaign
+from mrctl.printable import printable
 
 
 def write_extended(
@@ -30,14 +31,14 @@ def write_extended(
             rmse_n=rmse,
             noise_floor_n=extension.noise_floor_n,
             date=today,
-            data=f"{data}, sha256 {campaign.sha256[:16]}",
+            data=f"{printable(data)}, sha256 {campaign.sha256[:16]}",
             version=mrctl.__version__,
         )
         for effects, rmse in extension.steps
     ]
     how = f"base and effects fitted jointly, proven on {len(extension.held_out)} runs not in that fit."
     provenance = Provenance(
-        source=f"{len(campaign)} runs in {data}",
+        source=f"{len(campaign)} runs in {printable(data)}",
         created=today,
         method=" ".join([f"mrctl {what}: {how}", *notes]),
         data_sha256=campaign.sha256,

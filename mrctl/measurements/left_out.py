@@ -7,6 +7,7 @@ from fnmatch import fnmatch
 
 from mrctl.errors import InputError
 from mrctl.measurements.run import Campaign
+from mrctl.printable import printable
 
 
 def part(campaign: Campaign, pattern: str | None) -> tuple[Campaign, Campaign]:
@@ -14,7 +15,7 @@ def part(campaign: Campaign, pattern: str | None) -> tuple[Campaign, Campaign]:
 
     Raises InputError where no run is left on one of the two sides, or none to predict has a force.
     """
-    fits = [pattern is not None and fnmatch(r.name, pattern) for r in campaign.runs]
+    fits = [pattern is not None and fnmatch(r.name, printable(pattern)) for r in campaign.runs]
     out = tuple(r for r, fit in zip(campaign.runs, fits, strict=True) if fit)
     kept = tuple(r for r, fit in zip(campaign.runs, fits, strict=True) if not fit)
     if pattern is not None:

@@ -13,6 +13,7 @@ from mrctl.measurements.find import find_files, format_of
 from mrctl.measurements.mapped import read_mapped_text
 from mrctl.measurements.plain_csv import read_plain_csv
 from mrctl.measurements.run import Campaign, Run
+from mrctl.printable import printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -46,9 +47,9 @@ def load_campaign(
 ) -> Campaign:
     """All runs below a folder, or of one file, in the order of their paths.
 
-    `columns`: a map for foreign files, see `column_map`. `need_force`, `need_current`: whether a run without
-    that channel is an error; else it is NaN. InputError with the problems of all files at once;
-    `Campaign.warnings` is what a person should know but stops nothing.
+    A run's name is its file's, made printable. `columns`: a map for foreign files, see `column_map`.
+    `need_force`, `need_current`: whether a run without that channel is an error; else it is NaN. InputError
+    with the problems of all files at once; `Campaign.warnings` is what stops nothing, but should be known.
     """
     mapping = read_map(columns) if columns is not None else None
     found = find_files(path, mapping.patterns if mapping is not None else ())
@@ -58,10 +59,10 @@ def load_campaign(
     for file, name in found.files:
         try:
             data = _bytes(file)
-            digest.update(f"{hashlib.sha256(data).hexdigest()}  {name}\n".encode())
+            digest.update(f"{hashlib.sha256(data).hexdigest()}  {name}\n".encode(errors="surrogateescape"))
             runs += [
                 assemble(raw, need_force=need_force, need_current=need_current)
-                for raw in _read(file, data, name, mapping)
+                for raw in _read(file, data, printable(name), mapping)
             ]
         except InputError as error:
             problems += error.problems
@@ -74,6 +75,10 @@ def _bytes(file: Path) -> bytes:
     """The file's content; InputError where it cannot be read."""
     try:
         return file.read_bytes()
+    except FileNotFoundError:
+        if not file.is_symlink():
+            raise InputError.at(file, "is gone", "do not change the campaign while it is read") from None
+        raise InputError.at(file, "is a link to nothing", "mend the link, or remove it") from None
     except OSError as error:
         raise InputError.at(
             file, f"cannot be read: {error.strerror or error}", "check its permissions"

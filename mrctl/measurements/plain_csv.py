@@ -13,6 +13,7 @@ from mrctl.measurements.text import Layout, Table, read_table
 if TYPE_CHECKING:
     from pathlib import Path
 
+NOT_USED = "columns not used: "
 _BY_LOWER = {channel.column.lower(): channel for channel in CHANNELS}
 
 
@@ -31,7 +32,7 @@ def read_plain_csv(path: Path, data: bytes, name: str) -> RawRun:
     values, problems = table.numbers(list(places.values()))
     unused = [column for index, column in enumerate(names) if index not in places.values()]
     if unused:
-        notes.append(f"columns not used: {', '.join(unused)}")
+        notes.append(NOT_USED + ", ".join(unused))
     hint = _hint(unused)
     channels = {attribute: values[:, index].copy() for index, attribute in enumerate(places)}
     return RawRun(

@@ -105,7 +105,7 @@ class Table:
             for place, column in enumerate(wanted):
                 cell = cells[column].strip()
                 try:
-                    values[index, place] = float(cell.replace(",", ".") if self.decimal_comma else cell)
+                    values[index, place] = _number(cell.replace(",", ".") if self.decimal_comma else cell)
                 except ValueError:
                     complaints.cell(index, column, cell)
         return values, complaints.problems()
@@ -152,6 +152,13 @@ class _Complaints:
                 what, mend = f"{name} is empty", "fill in the value, or remove the row"
             result.append(Problem(str(table.path), int(table.lines[index]), what + _and_more(bad), mend))
         return sorted(result)
+
+
+def _number(cell: str) -> float:
+    """The number in a cell; ValueError for what only Python's own sources may write so, `1_0` for 10."""
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell)
 
 
 def _and_more(bad: Sequence[object]) -> str:

@@ -37,10 +37,12 @@ _compiling = RLock()
 def run_step(effect: Effect, *arguments: object) -> None:
     """The effect's step over whole arrays; `loops` tells the arguments.
 
-    Raises InputError naming the effect's file where numba cannot compile it.
+    Raises InputError naming the effect's file where numba cannot compile it, or it divides by zero.
     """
     try:
         _kernel(effect.stage, effect.step, effect.name)(*arguments)
+    except ArithmeticError as error:
+        raise divided(effect, error) from error
     except NumbaError as error:
         reason = next((line for line in str(error).splitlines() if line and "nopython" not in line), "")
         raise InputError.at(
@@ -49,6 +51,16 @@ def run_step(effect: Effect, *arguments: object) -> None:
             "keep to floats, math and plain functions",
             effect.step.__code__.co_firstlineno,
         ) from error
+
+
+def divided(effect: Effect, error: ArithmeticError) -> InputError:
+    """What an effect's step or start raised at some values, as a fault of its file."""
+    return InputError.at(
+        effect.step.__code__.co_filename,
+        f"the step of {effect.name} fails at some values ({error})",
+        "divide by nothing that can be 0",
+        effect.step.__code__.co_firstlineno,
+    )
 
 
 @cache

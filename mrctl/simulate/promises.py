@@ -23,35 +23,50 @@ def broken_promises(effect: Effect, damper: Damper, dt_s: float = 0.001) -> list
     Its description is whole; neutral changes nothing; the force is finite at every corner of the bounds;
     the vehicle's floats and the desk's compiled code agree; its usual size changes the force at all.
     """
-    found = faults(effect)
+    found = faults(effect) or failures(effect, damper, dt_s)
     if found:
         return found
-    try:
-        return _tried(effect, damper, dt_s)
-    except InputError as error:  # it does not compile
-        return [problem.what for problem in error.problems]
-
-
-def _tried(effect: Effect, damper: Damper, dt_s: float) -> list[str]:
-    found = []
-    base = replace(damper, effects=())
-    run = rich_run(dt_s, damper.current_max_a)
-    before = trace(run, base)
-
-    def force(p: Vector) -> Array:
-        return trace(run, base, settings=_only(effect, p), like=before).force_n
-
-    if not np.array_equal(force(effect.neutral), before.force_n):
+    trial = _Trial(effect, damper, dt_s)
+    if not np.array_equal(trial.force(effect.neutral), trial.before.force_n):
         found.append("its neutral values change the force")
-    if np.array_equal(force(effect.typical), before.force_n):
+    desk = trial.force(effect.typical)
+    if np.array_equal(desk, trial.before.force_n):
         found.append("its typical values do not change the force")
-    corners = product(*((p.low, p.high) for p in effect.parameters))
-    if not all(np.all(np.isfinite(force(corner))) for corner in corners):
-        return [*found, "the force is not finite at some corner of its bounds"]
-    desk, vehicle = force(effect.typical), _by_sample(effect, base, run)
+    try:
+        vehicle = _by_sample(effect, trial.base, trial.run)
+    except (ArithmeticError, ValueError) as error:
+        return [*found, f"in plain Python it fails ({error}), compiled it does not"]
     if not np.max(np.abs(desk - vehicle)) <= CLOSE * np.max(np.abs(desk)):
         found.append("compiled, it gives another force than in plain Python")
     return found
+
+
+def failures(effect: Effect, damper: Damper, dt_s: float = 0.001) -> list[str]:
+    """What no fit could get over: it does not compile, divides by zero, or its force is not finite."""
+    trial = _Trial(effect, damper, dt_s)
+    corners = product(*((p.low, p.high) for p in effect.parameters))
+    try:
+        for values in (effect.neutral, effect.typical, *corners):
+            if not np.all(np.isfinite(trial.force(values))):
+                at = ", ".join(f"{p.name} {x:g}" for p, x in zip(effect.parameters, values, strict=True))
+                return [f"the force is not finite within its bounds, at {at}"]
+    except InputError as error:
+        return [problem.what for problem in error.problems]
+    return []
+
+
+class _Trial:
+    """A damper without effects over a rich run, and the force that an effect makes of it."""
+
+    def __init__(self, effect: Effect, damper: Damper, dt_s: float) -> None:
+        self.effect = effect
+        self.base = replace(damper, effects=())
+        self.run = rich_run(dt_s, damper.current_max_a)
+        self.before = trace(self.run, self.base)
+
+    def force(self, p: Vector) -> Array:
+        """The force in N (n)."""
+        return trace(self.run, self.base, settings=_only(self.effect, p), like=self.before).force_n
 
 
 def rich_run(dt_s: float, current_max_a: float, seconds: float = 2.0) -> Run:

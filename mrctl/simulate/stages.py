@@ -17,7 +17,7 @@ from mrctl.model.filters import Coefficients, Filter, iir_step, settled_state
 from mrctl.model.static import StaticTables, force_level
 from mrctl.model.tables import interpolate
 from mrctl.simulate import loops
-from mrctl.simulate.compiled import compiled, run_step
+from mrctl.simulate.compiled import compiled, divided, run_step
 from mrctl.simulate.run import Array, Ints, whole
 
 Chosen = Sequence[tuple[Effect, Vector]]
@@ -215,4 +215,7 @@ def _begun(
 ) -> Array:
     """The effect's state at the first sample of each stretch, that having lasted for ever."""
     firsts = zip(*(u[starts[:-1]].tolist() for u in inputs), strict=True)
-    return np.array([effect.initial(p, *first, *rest) for first in firsts], dtype=np.float64)
+    try:
+        return np.array([effect.initial(p, *first, *rest) for first in firsts], dtype=np.float64)
+    except ArithmeticError as error:
+        raise divided(effect, error) from error

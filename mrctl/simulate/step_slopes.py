@@ -14,7 +14,7 @@ import numpy as np
 from mrctl.model.effects.base import Effect, Stage, Step, Vector
 from mrctl.simulate import loops
 from mrctl.simulate.carried import carried, heard
-from mrctl.simulate.compiled import compiled
+from mrctl.simulate.compiled import compiled, divided
 from mrctl.simulate.run import Array, Ints
 from mrctl.simulate.stages import Chosen, limited, yielding
 
@@ -88,7 +88,10 @@ def _through(
     factor: int = 1,
 ) -> Array:
     """What changes of two of an effect's signals, those at the places `of`, make of its force."""
-    by, first = heard(*_step_slopes(effect, p, signals, of, dt_s, starts))
+    try:
+        by, first = heard(*_step_slopes(effect, p, signals, of, dt_s, starts))
+    except ArithmeticError as error:
+        raise divided(effect, error) from error
     changed: Array = carried(by, first, starts, rows, beside, factor)[0]
     return changed
 

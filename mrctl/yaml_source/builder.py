@@ -9,7 +9,8 @@ from typing import Any
 import yaml
 
 from mrctl.errors import Problem
-from mrctl.yaml_source.document import KeyPath, printable
+from mrctl.printable import printable
+from mrctl.yaml_source.document import KeyPath
 
 MAX_NODES = 100_000  # after aliases are followed; a large calibration has some thousands
 MAX_DIGITS = 40

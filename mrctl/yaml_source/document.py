@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mrctl.errors import InputError, Problem
+from mrctl.printable import printable
 
 KeyPath = tuple[str | int, ...]  # ("f", "force", "values", 3)
 
@@ -17,11 +18,6 @@ def dotted(path: KeyPath) -> str:
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}"
     return text.removeprefix(".")
-
-
-def printable(text: str) -> str:
-    """The text on one line: what a terminal would not print is escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 @dataclass(frozen=True, slots=True)

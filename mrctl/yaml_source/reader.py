@@ -12,8 +12,9 @@ from pathlib import Path
 import yaml
 
 from mrctl.errors import InputError
+from mrctl.printable import printable
 from mrctl.yaml_source.builder import TooDeep, build
-from mrctl.yaml_source.document import Document, printable
+from mrctl.yaml_source.document import Document
 
 MAX_BYTES = 4_000_000
 MAX_DEPTH = 32

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import yaml
 
 from mrctl.errors import InputError
-from mrctl.whole_file import whole_file
+from mrctl.whole_file import try_place, whole_file
 
 WIDTH = 100
 
@@ -77,13 +78,38 @@ def render(blocks: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
 
 
 def write_atomically(path: Path | str, text: str) -> None:
-    """Put the text at the path whole or not at all; raises InputError when it cannot be written there."""
+    """Put the text at the path whole or not at all; raises InputError when it cannot be written there.
+
+    A file name's bytes in the text that are not UTF-8 are escaped.
+    """
     target = Path(path)
     try:
-        with whole_file(target, encoding="utf-8") as stream:
+        with whole_file(target, encoding="utf-8", errors="backslashreplace") as stream:
             stream.write(text)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError.at(
-            target, f"cannot be written ({reason})", "check the folder and its permissions"
-        ) from None
+        raise _unwritable(target, error) from None
+
+
+def check_writable(path: Path | str, *, makes_folder: bool = False) -> None:
+    """Try a place before the work whose result goes there; raises InputError when nothing can be written.
+
+    makes_folder: who writes makes the folders that are missing.
+    """
+    target = Path(path)
+    try:
+        if target.is_dir():
+            raise InputError.at(target, "is a folder", "name a file in it")
+        folder = target.parent
+        while makes_folder and not folder.exists():
+            folder = folder.parent
+        if not folder.exists():
+            mend = f"make it first: mkdir -p {shlex.quote(str(folder))}"
+            raise InputError.at(target, f"there is no folder {folder}", mend)
+        try_place(folder / target.name)
+    except OSError as error:
+        raise _unwritable(target, error) from None
+
+
+def _unwritable(target: Path, error: OSError) -> InputError:
+    reason = error.strerror or str(error)
+    return InputError.at(target, f"cannot be written ({reason})", "check the folder and its permissions")

@@ -8,6 +8,7 @@ import json
 import pytest
 
 from mrctl.cli import effects as command
+from mrctl.cli.own_effects import try_own_effects
 from mrctl.errors import InputError
 from mrctl.model.effects import registry
 
@@ -57,8 +58,13 @@ def test_json_goes_to_a_file_beside_the_list(tmp_path, capsys):
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones():
-    with pytest.raises(InputError, match=r"there is no effect gas_sprig; there are .*gas_spring"):
-        mrctl_effects("gas_sprig")
+    with pytest.raises(InputError, match=r"there is no effect gravity; there are .*gas_spring"):
+        mrctl_effects("gravity")
+
+
+def test_a_name_with_a_slip_is_answered_with_the_one_that_was_meant():
+    with pytest.raises(InputError, match=r"there is no effect gas_sprnig; did you mean gas_spring\?"):
+        mrctl_effects("gas_sprnig")
 
 
 def test_a_new_effect_is_found_and_keeps_its_promises(tmp_path, monkeypatch, capsys):
@@ -85,6 +91,41 @@ def test_a_name_that_cannot_be_is_refused_and_nothing_written(name, tmp_path):
     with pytest.raises(InputError):
         mrctl_effects("--new", name, "-o", tmp_path / "x.py")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_name_too_long_for_a_file_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="cannot be written"):
+        mrctl_effects("--new", "x" * 300)
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"), [("1.0 / 0.0", "division by zero"), ("float('nan')", "not finite within its bounds")]
+)
+def test_a_division_by_zero_and_a_nan_are_one_line_with_file_and_effect(
+    tmp_path, monkeypatch, capsys, factor, said
+):
+    path = tmp_path / "groove.py"
+    mrctl_effects("--new", "groove", "-o", path)
+    path.write_text(path.read_text().replace("return p[0] *", f"return {factor} * p[0] *"))
+    monkeypatch.setenv(registry.VARIABLE, str(path))
+    registry.forget()
+    capsys.readouterr()
+    assert mrctl_effects("groove", "--check") == 1
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if said in line]
+    assert f"{path}: groove: " in line
+    with pytest.raises(InputError, match=said) as caught:
+        try_own_effects()
+    (problem,) = caught.value.problems
+    assert (problem.file, problem.what.partition(":")[0]) == (str(path), "groove")
+
+
+def test_a_sound_effect_of_ones_own_passes_the_trial_before_a_fit(tmp_path, monkeypatch):
+    path = tmp_path / "groove.py"
+    mrctl_effects("--new", "groove", "-o", path)
+    monkeypatch.setenv(registry.VARIABLE, str(path))
+    registry.forget()
+    try_own_effects()
 
 
 def test_no_file_is_overwritten(tmp_path):

@@ -59,6 +59,9 @@ def test_a_path_that_is_not_there_is_said(tmp_path):
     (tmp_path / "dangling").symlink_to("nowhere")
     with pytest.raises(InputError, match="is a link to nothing"):
         load_campaign(tmp_path / "dangling")
+    (tmp_path / "gone.csv").symlink_to("nowhere")
+    with pytest.raises(InputError, match=r"gone\.csv: is a link to nothing; mend the link, or remove it"):
+        load_campaign(tmp_path)
 
 
 def only_input_errors(path, data: bytes) -> None:

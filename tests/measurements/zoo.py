@@ -143,6 +143,7 @@ ZOO = (
         "no header", _text(lambda t: t.split("\n", 1)[1]), refused="run.csv:1: the first row holds numbers"
     ),
     Animal("foreign names", _array(lambda d: d, "t,v,i,T,F"), refused="no known column name in the header"),
+    Animal("Python number", _cell(17, 4, "1_0"), refused="run.csv:17: force_N is not a number: '1_0'"),
     Animal("text in a number", _cell(17, 4, "n/a"), refused="run.csv:17: force_N is not a number: 'n/a'"),
     Animal("empty cell", _cell(99, 1, ""), refused="run.csv:99: velocity_m_s is empty"),
     Animal(
