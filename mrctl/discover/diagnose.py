@@ -114,6 +114,7 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     searched = evidence
     evidence, final, stands = retimed(evidence, final, stands)
     evidence, final = evidence.remembered(final)
+    evidence, final = evidence.centred(final)
     evidence, final = evidence.rezeroed(final)
     if final.mean_square > base.mean_square:
         # Effects that do worse with their own clocks and zeros than none with its are neither.

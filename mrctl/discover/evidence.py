@@ -26,6 +26,7 @@ from mrctl.discover.screen import ranges_of
 from mrctl.discover.searched import at_search_rates
 from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.step_times import timed, without_steps
+from mrctl.discover.stroke_zeros import FARTHEST, moved, stroke_zeros
 from mrctl.errors import InputError
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.parallel import in_parallel
@@ -41,6 +42,7 @@ REST_M_S = 1e-4
 MOVED_M = 1e-5
 WHOLE = 0.95  # of the seconds measured, for a search to have seen them all
 PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
+PLACINGS = 6  # as PASTS, of the strokes' zeros: a stop's place and theirs go together
 CLOSE_TO_NOISE = 2.0  # in mean square, for what a fit misses in the mean to be a load cell's zeros
 
 
@@ -57,6 +59,7 @@ class Evidence:
     motion_noise: Spectrum | None
     cell: LoadCell  # taken off the runs' forces
     current_late_s: float = 0.0  # taken off the current's clock
+    centres_m: tuple[float, ...] = ()  # by how much strokes that were integrated were moved, by record
 
     @classmethod
     def of(cls, campaign: Campaign) -> Evidence:
@@ -93,7 +96,7 @@ class Evidence:
     ) -> Evidence:
         """The same campaign's evidence from other versions of its records."""
         anew = self._of(self.campaign, measured, self.floors, self.motion_noise, self.cell, timing)
-        return replace(anew, current_late_s=self.current_late_s)
+        return replace(anew, current_late_s=self.current_late_s, centres_m=self.centres_m)
 
     def steadied(self, fit: JointFit) -> Evidence:
         """The same, without the motion's noise where a fit shows that it is that; itself where none is."""
@@ -192,6 +195,27 @@ class Evidence:
             if past is None:
                 break
             evidence = evidence._each(past)
+            proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
+        return evidence, proof
+
+    def centred(self, proof: Proof) -> tuple[Evidence, Proof]:
+        """Strokes that were integrated with the zeros that a model finds, and that fitted to them.
+
+        Such a model acts at places of the stroke.
+        """
+        evidence = self
+        unknown = ["displacement_m" in self.campaign.runs[r.run].derived for r in self.full]
+        both = zip(self.full, self.records, strict=True)
+        whole = [len(r) / r.rate_hz > WHOLE * len(full) / full.rate_hz for full, r in both]
+        placed = [e for e in proof.fit.model.effects.chosen if "displacement" in e.needs]
+        others = [{e.name: guess} for e in placed for guess in e.starting_points(ranges_of(self.records))]
+        for number in range(PLACINGS if placed and any(unknown) else 0):
+            model, within = proof.fit.model.on(evidence.full), FARTHEST / 2.0**number
+            by_m = stroke_zeros(model, proof.fit.theta, unknown, whole, within)
+            if not by_m.any():
+                break
+            centres_m = np.array(evidence.centres_m or np.zeros(len(unknown))) + np.abs(by_m).sum(axis=1)
+            evidence = replace(evidence._each(partial(moved, by_m=by_m)), centres_m=tuple(centres_m.tolist()))
             proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
         return evidence, proof
 

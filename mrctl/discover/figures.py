@@ -234,6 +234,10 @@ def _channel_words(d: Diagnosis) -> str:
         words += (
             f" The field remembers a larger current from before {len(pasts)} of the runs ({pasts[0]} first)."
         )
+    far = [abs(x) for x in d.evidence.centres_m if x]
+    if far:
+        span = f"{1e3 * max(far):.2g} mm"
+        words += f" The stroke, integrated, has another zero in {len(far)} runs, by up to {span}: taken so."
     if d.evidence.current_late_s:
         words += f" The current was written {1e3 * d.evidence.current_late_s:.2g} ms late: taken as earlier."
     return words

@@ -1,0 +1,63 @@
+"""A stroke that was integrated has its zero where no file tells, and a stop is at one place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from discover.hidden import NOISE_N, rich
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.stroke_zeros import stroke_zeros
+from mrctl.model.effects.registry import effect
+
+STOP = {
+    "clearance_m": 0.026,
+    "force_at_1mm_n": 150.0,
+    "exponent": 1.5,
+    "damping_n_s_m": 0.0,
+    "middle_m": 0.0,
+    "lag_s": 0.0,
+}
+LOST, BY_M, TILT_M = 1, 2e-3, 1e-3
+
+
+def _evidence(derived=()):
+    """Runs that reach a stop, of which one has lost its zero, and all say that theirs was integrated."""
+    plain = rich({"end_stop": STOP})
+    runs = [replace(r, derived=derived) for r in plain.runs]
+    if derived:
+        x = runs[LOST].displacement_m
+        off = BY_M + TILT_M * np.linspace(-1.0, 1.0, x.size)
+        runs[LOST] = replace(runs[LOST], displacement_m=x + off)
+    return Evidence.of(replace(plain, runs=tuple(runs)))
+
+
+def _with_stop(evidence):
+    stop = effect("end_stop")
+    return evidence.base([stop], {stop.name: stop.vector(STOP)})
+
+
+def test_a_stop_tells_where_a_stroke_has_its_zero_and_how_it_drifts():
+    proof, lost = _with_stop(_evidence()), _evidence(("displacement_m",))
+    model, count = proof.fit.model.on(lost.full), len(lost.full)
+    found = stroke_zeros(model, proof.fit.theta, [True] * count, [True] * count)
+    assert found[LOST] == pytest.approx([-BY_M, -TILT_M], abs=3e-4)
+    assert not np.delete(found, LOST, axis=0).any()
+    assert not stroke_zeros(model, proof.fit.theta, [False] * count, [True] * count).any()
+
+
+def test_with_it_little_but_noise_is_left():
+    lost = _evidence(("displacement_m",))
+    bent = _with_stop(lost)
+    centred, mended = lost.centred(bent)
+    assert mended.mean_square < 3.0 * NOISE_N**2 < 0.01 * bent.mean_square
+    assert np.argmax(centred.centres_m) == LOST
+    assert mended.fit.effect_values["end_stop"][0] == pytest.approx(STOP["clearance_m"], abs=1e-4)
+
+
+def test_a_stroke_that_was_measured_keeps_its_zero():
+    evidence = _evidence()
+    proof = _with_stop(evidence)
+    assert evidence.centred(proof) == (evidence, proof)
