@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.stats import chi2
 
 from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.elsewhere import elsewhere
 from mrctl.discover.proof import Proof
-from mrctl.identify.joint_fit import half_width_95
+from mrctl.identify.joint_fit import NORMAL_95, half_width_95
 from mrctl.model.effects.base import Effect, Parameter, Vector
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, 
 MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are silent so much of the time
 
 PUSHED_SHARE = 0.1  # of what all take off, that one at the end of physics or of no sure size must take
+UNLIKE = 0.05  # chance that sizes which are none together lie so, ...
+ALIKE = 1e-6  # ... where their correlation tells them apart better than this
 AT_END = 1e-6  # of a parameter's range
 
 
@@ -111,7 +114,24 @@ def _foretold(before: Proof, after: Proof, noise_n2: float) -> bool:
 def _of_no_size(trial: Trial) -> bool:
     """Whether an effect's size is no finding: the largest that physics allows, or not told from none."""
     effect, fit = trial.effect, trial.fit
-    return is_pushed(effect, fit.effect_values[effect.name]) or is_unsure(effect, fit, fit.effect_std())
+    if is_pushed(effect, fit.effect_values[effect.name]):
+        return True
+    spread = fit.effect_std()
+    return is_unsure(effect, fit, spread) and not _told_together(effect, fit, spread[effect.name])
+
+
+def _told_together(effect: Effect, fit: JointFit, spread: Vector) -> bool:
+    """Whether sizes that could each be none for the others' sake cannot be none together.
+
+    A change of the force with the current and with its square trade with each other, for one.
+    """
+    values, size = fit.effect_values[effect.name], _sizes(effect, spread)
+    if len(size) < 2:
+        return False
+    off = np.array([(values[k] - effect.parameters[k].neutral) / half_width_95(spread[k]) for k in size])
+    alike = fit.effect_correlation(effect.name)[np.ix_(size, size)]
+    inverse = np.linalg.pinv(alike, rcond=ALIKE, hermitian=True)
+    return bool(NORMAL_95**2 * float(off @ inverse @ off) > chi2.isf(UNLIKE, len(size)))
 
 
 def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
@@ -145,11 +165,17 @@ def is_nothing(effect: Effect, values: Sequence[float]) -> bool:
 
 def is_unsure(effect: Effect, fit: JointFit, spread: Mapping[str, Vector]) -> bool:
     """Whether by its spread (SI) each size that a fit moved may as well be the one without an effect."""
-    values = fit.effect_values[effect.name]
-    moved = [one for one in zip(effect.parameters, values, spread[effect.name], strict=True) if one[2] > 0.0]
-    sizes = [one for one in moved if is_size(one[0])] or moved
-    told = [abs(value - p.neutral) > half_width_95(std) for p, value, std in sizes]
+    values, std = fit.effect_values[effect.name], spread[effect.name]
+    told = [
+        abs(values[k] - effect.parameters[k].neutral) > half_width_95(std[k]) for k in _sizes(effect, std)
+    ]
     return bool(told) and not any(told)
+
+
+def _sizes(effect: Effect, spread: Sequence[float]) -> list[int]:
+    """Which of the parameters that a fit moved say how much of an effect there is; all, where none does."""
+    moved = [k for k, std in enumerate(spread) if std > 0.0]
+    return [k for k in moved if is_size(effect.parameters[k])] or moved
 
 
 def are_steady(changes: Sequence[Change]) -> bool:

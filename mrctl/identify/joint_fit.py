@@ -125,6 +125,16 @@ class JointFit:
             at += len(effect.parameters)
         return values
 
+    def effect_correlation(self, name: str) -> Array:
+        """How the parameters of an effect that is in the model go together (n, n); 0 for those held."""
+        chosen = self.model.effects.chosen
+        place = [effect.name for effect in chosen].index(name)
+        at = self.model.layout.size + sum(len(effect.parameters) for effect in chosen[:place])
+        own = slice(at, at + len(chosen[place].parameters))
+        spread = self.covariance()[own, own]
+        std = np.sqrt(np.maximum(np.diag(spread), 1e-300))
+        return np.asarray(spread / np.outer(std, std), dtype=np.float64)
+
 
 def half_width_95(std: float) -> float:
     """Half the 95 % interval of an effect's parameter of a standard deviation, form and all; in its unit."""

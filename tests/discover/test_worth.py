@@ -126,3 +126,20 @@ def test_an_effect_whose_sizes_are_those_without_it_is_none_whatever_its_shapes(
     assert is_nothing(one, of_no_size)
     assert is_nothing(one, one.neutral)
     assert not is_nothing(one, one.typical)
+
+
+@pytest.mark.parametrize(("alike", "told"), [(-0.99, True), (0.0, False), (0.99, False)])
+def test_sizes_that_trade_with_each_other_are_asked_together(alike, told):
+    """Each is a third of its interval from none: together they may be far from it."""
+    asymmetry = effect("rebound_asymmetry")
+    size = [1, 2]  # the change of the force's scale with the current, and of its bend
+    values, spread, correlation = list(asymmetry.neutral), [0.0] * len(asymmetry.parameters), np.eye(4)
+    for k in size:
+        spread[k] = 0.1
+        values[k] += worth.half_width_95(0.1) / 3.0
+    correlation[size[0], size[1]] = correlation[size[1], size[0]] = alike
+    fit = SimpleNamespace(
+        effect_values={asymmetry.name: tuple(values)}, effect_correlation=lambda _: correlation
+    )
+    assert worth.is_unsure(asymmetry, fit, {asymmetry.name: tuple(spread)})
+    assert worth._told_together(asymmetry, fit, tuple(spread)) is told
