@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -71,16 +72,9 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             "hum": [_stated(hum) for hum in d.balance.hums],
         },
         "channels": {
-            "zeros_n": {
-                d.evidence.campaign.runs[r.run].name: float(zero)
-                for r, zero in zip(d.evidence.measured, d.evidence.cell.zeros_n, strict=True)
-                if zero
-            },
-            "gains": {
-                d.evidence.campaign.runs[r.run].name: float(gain)
-                for r, gain in zip(d.evidence.measured, d.evidence.cell.gains, strict=True)
-                if gain
-            },
+            "zeros_n": _by_run(d, d.evidence.cell.zeros_n.tolist()),
+            "gains": _by_run(d, d.evidence.cell.gains.tolist()),
+            "strokes_moved_m": _by_run(d, d.evidence.centres_m),
             "current_late_s": d.evidence.current_late_s,
         },
         "not_constant": [
@@ -146,6 +140,12 @@ def parameters_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
             "ci95": None if held or std == 0.0 else [low, high],  # nothing was seen of it
         }
     return result
+
+
+def _by_run(d: Diagnosis, values: Sequence[float]) -> dict[str, float]:
+    """Values of the records by the names of their runs, but for those that are 0."""
+    named = zip(d.evidence.measured, values, strict=False)  # of strokes there may be none at all
+    return {d.evidence.campaign.runs[r.run].name: x for r, x in named if x}
 
 
 def explained_percent(d: Diagnosis) -> float:

@@ -91,7 +91,7 @@ def balance_of(
     shaken = 0.0 if line is None else line.mean_square_n2
     strange = max((c.share for c in courses if c.certain and c.share > STRANGE), default=0.0)
     over = budget.unseen if bare and unknown else budget.excess
-    if unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors)):
+    if unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors), rates):
         over = 0.0
     over = max(over, structured, shaken, strange * final.mean_square)
     least = LEAST_OF_FORCE**2 * force_n2(final)

@@ -17,6 +17,7 @@ from mrctl.discover.structure import structure_of
 from mrctl.discover.verdict import balance_of
 
 RUNS, SAMPLES = 6, 4000
+RATES = [500.0] * RUNS
 
 
 def _signals():
@@ -33,7 +34,7 @@ def _noise(pole=0.97):
 
 
 def test_slow_noise_is_indifferent():
-    assert is_indifferent(_noise(), _signals())
+    assert is_indifferent(_noise(), _signals(), RATES)
 
 
 @pytest.mark.parametrize(
@@ -48,13 +49,21 @@ def test_slow_noise_is_indifferent():
 def test_what_is_louder_somewhere_is_not(louder):
     signals = _signals()
     errors = [e * louder(*at) for e, at in zip(_noise(0.0), zip(*signals, strict=True), strict=True)]
-    assert not is_indifferent(errors, signals)
+    assert not is_indifferent(errors, signals, RATES)
+
+
+def test_what_is_faster_where_the_motion_is_is_not():
+    """A sine of the path: as loud everywhere."""
+    speeds, forces, currents = _signals()
+    speeds = [0.1 * (k + 1) * v for k, v in enumerate(speeds)]
+    errors = [10.0 * np.sin(60.0 * np.cumsum(v) / 500.0 + 1.0) for v in speeds]
+    assert not is_indifferent(errors, [speeds, forces, currents], RATES)
 
 
 def test_what_is_left_out_is_not_asked():
     holes = [np.where(np.arange(SAMPLES) % 7 < 3, 0.0, e) for e in _noise()]
-    assert is_indifferent(holes, _signals())
-    assert not is_indifferent([np.zeros(SAMPLES) for _ in range(RUNS)], _signals())
+    assert is_indifferent(holes, _signals(), RATES)
+    assert not is_indifferent([np.zeros(SAMPLES) for _ in range(RUNS)], _signals(), RATES)
 
 
 @pytest.mark.parametrize("where", ["everywhere", "where the current is high"])
