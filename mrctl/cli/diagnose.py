@@ -11,13 +11,12 @@ from typing import Any
 
 from mrctl.calibration import Calibration, load_calibration
 from mrctl.cli.diagnosis import data_arguments, effects_of, load_sound
-from mrctl.cli.identify import damper_forces
+from mrctl.cli.identify import damper_errors
 from mrctl.cli.outputs import check_outputs, given
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.diagnose import Diagnosis, diagnose
 from mrctl.discover.figures import diagnosis_figures, root
 from mrctl.errors import Problem
-from mrctl.identify.result import errors_of
 from mrctl.measurements import Campaign
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
@@ -72,10 +71,9 @@ def run(args: argparse.Namespace) -> int:
 def _doubt(calibration: Calibration, campaign: Campaign, result: Diagnosis) -> None:
     """A warning where the calibration is far from what its tables, fitted anew, make of these runs."""
     try:
-        forces = damper_forces(campaign, calibration.damper)
+        errors = damper_errors(campaign, calibration.damper)
     except FilterError:  # of runs sampled too slowly for its filter; the fit has one of its own
         return
-    errors = errors_of(campaign, list(range(len(forces))), forces)
     anew_n = root(result.base.mean_square)
     if errors.fit_percent < POOR_FIT and errors.rmse_n > FAR_OFF * anew_n:
         what = f"predicts these runs to {errors.rmse_n:.3g} N, its tables, fitted anew, to {anew_n:.3g} N"

@@ -138,7 +138,7 @@ def kept_out(args: argparse.Namespace) -> list[str]:
 
 def prediction(left_out: Campaign, damper: Damper) -> dict[str, Any]:
     """How well a damper predicts runs that no fit has seen: their files, RMSE in N and fit in percent."""
-    errors = errors_of(left_out, list(range(len(left_out))), damper_forces(left_out, damper))
+    errors = damper_errors(left_out, damper)
     return {
         "files": [run.name for run in left_out.runs],
         "rmse_n": errors.rmse_n,
@@ -151,6 +151,11 @@ def said(figures: dict[str, Any]) -> str:
     count = len(figures["files"])
     runs = "1 run" if count == 1 else f"{count} runs"
     return f"{runs} predicted with RMSE {figures['rmse_n']:.3g} N, fit {figures['fit_percent']:.1f} %"
+
+
+def damper_errors(campaign: Campaign, damper: Damper) -> Errors:
+    """How well a damper predicts runs. Raises FilterError where its filter does not suit their rate."""
+    return errors_of(campaign, list(range(len(campaign))), damper_forces(campaign, damper))
 
 
 def damper_forces(campaign: Campaign, damper: Damper) -> list[Array]:

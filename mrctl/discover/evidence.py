@@ -189,7 +189,7 @@ class Evidence:
         evidence = self
         fields = [e for e in proof.fit.model.effects.chosen if e.stage is Stage.CURRENT]
         # What the wrong pasts had bent begins anew.
-        others = [{e.name: guess} for e in fields for guess in e.starting_points(ranges_of(self.records))]
+        others = self._beginnings(fields)
         for _ in range(PASTS if fields else 0):
             past = fields_past(proof.fit.model.on(evidence.full), proof.fit.theta)
             if past is None:
@@ -208,7 +208,7 @@ class Evidence:
         both = zip(self.full, self.records, strict=True)
         whole = [len(r) / r.rate_hz > WHOLE * len(full) / full.rate_hz for full, r in both]
         placed = [e for e in proof.fit.model.effects.chosen if "displacement" in e.needs]
-        others = [{e.name: guess} for e in placed for guess in e.starting_points(ranges_of(self.records))]
+        others = self._beginnings(placed)
         for number in range(PLACINGS if placed and any(unknown) else 0):
             model, within = proof.fit.model.on(evidence.full), FARTHEST / 2.0**number
             by_m = stroke_zeros(model, proof.fit.theta, unknown, whole, within)
@@ -218,6 +218,11 @@ class Evidence:
             evidence = replace(evidence._each(partial(moved, by_m=by_m)), centres_m=tuple(centres_m.tolist()))
             proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
         return evidence, proof
+
+    def _beginnings(self, chosen: Iterable[Effect]) -> list[dict[str, tuple[float, ...]]]:
+        """Where a fit may begin each of these effects anew."""
+        reach = ranges_of(self.records)
+        return [{e.name: guess} for e in chosen for guess in e.starting_points(reach)]
 
     def candidates(self, known: Sequence[Effect]) -> tuple[list[Effect], dict[str, str]]:
         """Effects that this data can be searched for, and why the others cannot."""

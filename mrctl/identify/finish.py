@@ -29,7 +29,7 @@ def damper_of(fit: JointFit) -> Damper:
     """The damper of a fit, with its effects; normalised to max |g| = 1, f from 0 A, filters at one rate.
 
     What was not measured is filled in as `findings` says, which also tells where the filter is not quite the
-    fit's, as the loop's rates cannot carry that one.
+    fit's, as the loop's rates cannot carry that one. Raises FilterError where they carry nothing near it.
     """
     layout, t = fit.model.layout, fit.tables
     rate = max(float(max(r.rate_hz for r in fit.model.records)), 1000.0)

@@ -54,7 +54,7 @@ def design_inverse_filter(forward: Filter) -> Filter:
     for fastest_hz, follow_hz, largest_gain in LADDER:
         shaping = Shaping(forward, follow_hz, largest_gain)
         inverse = _shaped(forward, shaping, min(fastest_hz, FASTEST_SHARE * forward.sample_rate_hz))
-        if _carries(inverse):
+        if carries(inverse):
             found.append((_unlike(forward, inverse), inverse))
             if found[-1][0] < ENOUGH:
                 break
@@ -108,11 +108,11 @@ def _shaped(forward: Filter, shaping: Shaping, fastest_hz: float) -> Filter:
     return hysteresis.as_filter(theta(np.asarray(best.x, dtype=np.float64)), forward.sample_rate_hz)
 
 
-def _carries(inverse: Filter) -> bool:
+def carries(one: Filter) -> bool:
     """Whether the filter can be carried to the loop's rates."""
     try:
         for rate in LOOP_RATES_HZ:
-            inverse.resampled(rate)
+            one.resampled(rate)
     except FilterError:
         return False
     return True

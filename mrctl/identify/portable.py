@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from mrctl.identify import hysteresis
-from mrctl.identify.inverse_filter import LOOP_RATES_HZ
+from mrctl.identify.inverse_filter import carries
 from mrctl.model.filters import BAND_HZ, Filter, FilterError
 
 Array = NDArray[np.float64]
@@ -26,16 +26,16 @@ def portable(theta: Array, rate_hz: float) -> Filter:
     minutes, say), it gets fewer of them. Raises FilterError where not even one pole does.
     """
     exact = hysteresis.as_filter(theta, rate_hz)
-    if _carries(exact):
+    if carries(exact):
         return exact
     f = np.concatenate([np.linspace(0.2, BAND_HZ, 60), np.linspace(BAND_HZ + 1.0, TAMED_BAND_HZ, 20)])
     wanted = hysteresis.response(theta, f)
     for order in range(theta.size // 2, 0, -1):
-        start = hysteresis.by_middle(theta) if 2 * order == theta.size else _lags(order)
+        whole = 2 * order == theta.size
+        start, loss = (hysteresis.by_middle(theta), "linear") if whole else (_lags(order), "soft_l1")
         for fastest_hz in TAMED_HZ:
-            loss = "linear" if 2 * order == theta.size else "soft_l1"
             tamed = hysteresis.as_filter(_nearest(start, fastest_hz, f, wanted, loss), rate_hz)
-            if _carries(tamed):
+            if carries(tamed):
                 return tamed
     raise FilterError("the hysteresis filter found cannot be carried to the loop's rates")
 
@@ -79,12 +79,3 @@ def _lags(order: int) -> Array:
 def _log(hz: float) -> float:
     """The parameter of a pole at a frequency in Hz."""
     return float(np.log(2.0 * np.pi * hz / hysteresis.UNIT_RAD_S))
-
-
-def _carries(f: Filter) -> bool:
-    try:
-        for rate in LOOP_RATES_HZ:
-            f.resampled(rate)
-    except FilterError:
-        return False
-    return True

@@ -21,16 +21,20 @@ STUCK_ROWS = 10
 STUCK_CHANGE = 0.2
 
 
-def check_clipping(run: Run) -> Iterator[Finding]:
-    """Flat tops and bottoms with sharp edges, in force and the measured motion."""
+def measured_channels(run: Run) -> Iterator[tuple[str, str, FloatArray]]:
+    """Attribute, column and samples of the force and the motion, as far as they were measured."""
     for attribute, name in (
         ("force_n", "force_N"),
         ("velocity_m_s", "velocity_m_s"),
         ("displacement_m", "displacement_m"),
     ):
-        if attribute in run.derived or (attribute == "force_n" and not run.has_force):
-            continue
-        values: FloatArray = getattr(run, attribute)
+        if attribute not in run.derived and (attribute != "force_n" or run.has_force):
+            yield attribute, name, getattr(run, attribute)
+
+
+def check_clipping(run: Run) -> Iterator[Finding]:
+    """Flat tops and bottoms with sharp edges, in force and the measured motion."""
+    for attribute, name, values in measured_channels(run):
         if spread(values) == 0:
             continue
         tops = [(sign, *flat) for sign in (1.0, -1.0) if (flat := _flat_top(sign * values)) is not None]

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mrctl.measurements.quality.finding import Finding, warning
+from mrctl.measurements.quality.sensors import measured_channels
 from mrctl.measurements.run import FloatArray, Run
 
 TALL = 30.0  # robust deviations from the mean of the two neighbours
@@ -18,15 +19,8 @@ FEWEST_ROWS = 20
 
 def check_spikes(run: Run) -> Iterator[Finding]:
     """Samples far from both their neighbours, which are alike, in force and the measured motion."""
-    channels = (
-        ("force_n", "force_N"),
-        ("velocity_m_s", "velocity_m_s"),
-        ("displacement_m", "displacement_m"),
-    )
-    for attribute, name in channels:
-        if attribute in run.derived or (attribute == "force_n" and not run.has_force):
-            continue
-        at, height = _spikes(getattr(run, attribute))
+    for _, name, values in measured_channels(run):
+        at, height = _spikes(values)
         if at.size:
             times = "once" if at.size == 1 else f"{at.size} times"
             what = f"{name} leaps by {height:.3g} for a single sample, {times}"
