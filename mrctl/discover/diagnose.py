@@ -18,6 +18,7 @@ from mrctl.discover.grow import settled
 from mrctl.discover.next_run import NextRun, propose
 from mrctl.discover.own_delay import is_filters, why_own
 from mrctl.discover.proof import Proof
+from mrctl.discover.renewed import renewed
 from mrctl.discover.reveal import hidden_effects, taken_up
 from mrctl.discover.rivals import simplest
 from mrctl.discover.search import Level, Trial, search_level
@@ -209,6 +210,8 @@ def _search(
             continue
         here, last = settled(best.proof, evidence.folds), level
         found.append(best)
+        if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
+            here = renewed(here, [t.effect for t in found], evidence.folds)
         rounds = most - len(found)
         if _hopeless(evidence, levels[0].before, level.before, here, rounds):
             break

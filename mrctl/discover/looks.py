@@ -22,6 +22,7 @@ from mrctl.model.effects.base import Effect, Stage, Vector
 CLIMBED = 7
 STARTS = 3  # from which an effect is looked at closely, ...
 KEPT = 0.5  # ... until one gives so much of what the glance at a few records promised there
+_KNOWN_FORCE = (Stage.ADDITIVE, Stage.ROD)  # which hangs on no other parameter
 WINDING, FEWEST_TO_WIND = 0.1, 3  # of h, that it goes back on its way; over so many knots
 
 
@@ -91,7 +92,7 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
     points = [alone.pack({effect.name: effect.within(point)}) for point in effect.far(screen.ranges)]
     base = without_temperature(fit) if warm else fit.theta
     starts = [np.concatenate([base, point]) for point in points]
-    if warm or effect.stage is Stage.ADDITIVE:  # whose force is known: the base settles beside it first
+    if warm or effect.stage in _KNOWN_FORCE:  # the base settles beside it first
         starts = [heat(own, start, free=beside).theta for start in starts]
     least = replace(fit, model=few).total
     won = [one for one in (heat(own, start, free=joint) for start in starts) if one.total < least]

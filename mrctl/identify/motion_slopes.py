@@ -18,6 +18,7 @@ from mrctl.simulate.compiled import compiled
 from mrctl.simulate.step_slopes import additive_slopes
 
 Array = NDArray[np.float64]
+Rows = tuple[Array, Array | float, Array | float]  # (m, n // factor) each, or 0 where nothing moves
 
 SLOPE_STEP = 1e-4  # of a parameter's scale
 VELOCITY_STEP_M_S = 1e-6
@@ -60,8 +61,8 @@ class Motion:
             static * (factors(v, x + dx) - factors(v, x - dx)) / (2.0 * dx),
         )
 
-    def of_tables(self, bare: Array, gain: Array, factor: int) -> tuple[Array, Array | float]:
-        """Slopes of the static force, and of what comes beside the filter: (m, n // factor); or 0.
+    def of_tables(self, bare: Array, gain: Array, factor: int) -> Rows:
+        """Slopes of the static force, of what comes beside the filter, and on the rod.
 
         bare (m, n): those of f g h at a given velocity; gain (n): what effects multiply it by.
         """
@@ -69,7 +70,7 @@ class Motion:
         filtering.filter_rows(*self._lag(self.filter), lagged, self.here.run.starts)
         return self._rows(bare, lagged, gain, factor)
 
-    def of_filter(self, factor: int) -> tuple[Array, Array | float]:
+    def of_filter(self, factor: int) -> Rows:
         """The same by H's own parameters, for the motion's sake alone."""
         run = self.here.run
         static = self.here.level_n * self.here.shape
@@ -87,23 +88,27 @@ class Motion:
         b0, b1, b2, b3, *a = self._plain_lag(filter_)
         return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
 
-    def _rows(self, static: Array, lagged_n: Array, gain: Array, factor: int) -> tuple[Array, Array | float]:
+    def _rows(self, static: Array, lagged_n: Array, gain: Array, factor: int) -> Rows:
         by_way, first = self._way
-        run, here, added = self.here.run, self.here, self.settings[Stage.ADDITIVE]
-        count = 3 if added else 1  # outputs: the force, and the motion itself where more hangs on it
+        run, here = self.here.run, self.here
+        added, rod = self.settings[Stage.ADDITIVE], self.settings[Stage.ROD]
+        count = 3 if added or rod else 1  # outputs: the force, and the motion itself where more hangs on it
         states = first.shape[1]
         by = np.zeros((run.size, count + states, 2 + states))
         rest = [0, *range(2, 2 + states)]  # of what goes in, all but the static force
         by[:, 0, rest] = self.by_v[:, None] * by_way[:, 0] + self.by_x[:, None] * by_way[:, 1]
         by[:, 0, 1] = gain
         by[:, 1:, rest] = by_way[:, 3 - count :]
-        if not added:
-            return carried(by, first, run.starts, lagged_n, static, factor)[0], 0.0
+        if count == 1:
+            return carried(by, first, run.starts, lagged_n, static, factor)[0], 0.0, 0.0
         force, v, x = carried(by, first, run.starts, lagged_n, static)
         rest_of = run.acceleration_m_s2, here.current_a, here.temperature_c
         signals = here.velocity_m_s, here.displacement_m, *rest_of
-        after = additive_slopes(added, signals, run.dt_s, run.starts, v, x, factor)
-        return base.averaged(force, factor), after
+        beside, on_rod = (
+            additive_slopes(chosen, signals, run.dt_s, run.starts, v, x, factor) if chosen else 0.0
+            for chosen in (added, rod)
+        )
+        return base.averaged(force, factor), beside, on_rod
 
     @cached_property
     def _way(self) -> tuple[Array, Array]:

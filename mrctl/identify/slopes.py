@@ -59,11 +59,12 @@ def linearise(
         level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), inner)
         signals = mean(here.static_n), v, x, mean(here.level_n)
         slopes.static[:] = yield_slopes(settings[Stage.YIELD], signals, dt, starts, slopes.static, level_rows)
+    rod: Array | None = None
     if bends:
         bare = base.slope_rows(inputs, layout, t).static
         by_motion = Motion.of(dampers.static(run), here, settings, t.filter)
-        slopes.static[:], beside = by_motion.of_tables(bare, gain, inner)
-        bent, bent_beside = by_motion.of_filter(inner)
+        slopes.static[:], beside, on_rod = by_motion.of_tables(bare, gain, inner)
+        bent, bent_beside, bent_on_rod = by_motion.of_filter(inner)
     coarse = hysteresis.discretise(t.filter, 1.0 / dt)
     filtering.filter_rows(*coarse, slopes.static, starts)
     slopes.add_filter(t, rate, here.yielded_n, here.filtered_n, run.starts)
@@ -71,8 +72,12 @@ def linearise(
         slopes.static[:] += beside
         filtering.filter_rows(*coarse, bent, starts)
         slopes.values[slopes.static.shape[0] :] += bent + bent_beside
-    if (settings[Stage.LIMIT] or settings[Stage.OUTPUT]) and not by_differences:
-        slopes.values[:] = _behind_the_sum(settings, (mean(here.sum_n), v, x), dt, starts, slopes.values)
+        rod = np.empty_like(slopes.values)
+        rod[: slopes.static.shape[0]] = on_rod
+        rod[slopes.static.shape[0] :] = bent_on_rod
+    if not by_differences:
+        sums = mean(here.sum_n), mean(here.whole_n)
+        slopes.values[:] = _behind_the_sum(settings, sums, (v, x), dt, starts, slopes.values, rod)
     rows = slopes.in_blocks(factor // inner, effects.size, picked=picked)
 
     def weighed(force: Array) -> Array:
@@ -110,18 +115,24 @@ def _differences(
 
 def _behind_the_sum(
     settings: Settings,
-    signals: tuple[Array, Array, Array],
+    sums: tuple[Array, Array],
+    motion: tuple[Array, Array],
     dt_s: float,
     starts: Ints,
     rows: Array,
+    rod: Array | None,
 ) -> Array:
-    """The slopes behind what limits the sum of forces, and what measures it; signals: the sum, v and x."""
+    """The slopes behind what limits the fluid's force, what pulls at the rod, and what measures both.
+
+    sums: the fluid's force before it is limited, and all forces after it; motion: v and x; rod: the slopes of
+    what pulls at the rod, None where nothing moves it.
+    """
     limit, output = settings[Stage.LIMIT], settings[Stage.OUTPUT]
-    rows = limit_slopes(limit, signals, dt_s, starts, rows)
-    if not output:
-        return rows
-    limited = stages.limited(limit, *signals, dt_s, starts)
-    return _pushed(rows, limited, lambda force: stages.measured(output, force, dt_s, starts))
+    if limit:
+        rows = limit_slopes(limit, (sums[0], *motion), dt_s, starts, rows)
+    if rod is not None:
+        rows = rows + rod
+    return _pushed(rows, sums[1], lambda f: stages.measured(output, f, dt_s, starts)) if output else rows
 
 
 def _pushed(rows: Array, at: Array, stage: Callable[[Array], Array]) -> Array:

@@ -75,6 +75,8 @@ class ForwardPipeline:
             force += one.next(v, x, a, i, warm, dt)
         for one in stages.limit:
             force = one.next(force, v, x, dt)
+        for one in stages.rod:
+            force += one.next(v, x, a, i, warm, dt)
         for one in stages.output:
             force = one.next(force, dt)
         return force
@@ -151,6 +153,8 @@ class InversePipeline(InverseModel):
         wish = force_wish_n
         for one in reversed(stages.output):
             wish = one.input_for(wish, wish, dt)
+        for one in stages.rod:
+            wish -= one.next(v, x, a, field, warm, dt)
         for one in reversed(stages.limit):
             wish = one.input_for(wish, wish, v, x, dt)
         for one in stages.additive:

@@ -57,6 +57,7 @@ class Stages:
         "limit",
         "motion",
         "output",
+        "rod",
         "temperature",
         "yielding",
     )
@@ -70,6 +71,7 @@ class Stages:
         self.yielding = by[Stage.YIELD]
         self.additive = by[Stage.ADDITIVE]
         self.limit = by[Stage.LIMIT]
+        self.rod = by[Stage.ROD]
         self.output = by[Stage.OUTPUT]
         self.everything = tuple(one for effects in by.values() for one in effects)
 

@@ -345,6 +345,7 @@ LOOPS: Mapping[Stage, LoopOf] = {
     Stage.YIELD: _yield,
     Stage.ADDITIVE: _additive,
     Stage.LIMIT: _limit,
+    Stage.ROD: _additive,
     Stage.OUTPUT: _output,
 }
 
@@ -378,4 +379,5 @@ CALLS: Mapping[Stage, LoopOf] = {
     Stage.YIELD: _of_yield,
     Stage.ADDITIVE: _of_additive,
     Stage.LIMIT: _of_limit,
+    Stage.ROD: _of_additive,
 }

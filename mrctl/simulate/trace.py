@@ -44,6 +44,8 @@ class Trace:
     additive_n: Mapping[str, Array]
     sum_n: Array
     limited_n: Array
+    rod_n: Mapping[str, Array]
+    whole_n: Array  # what the fluid and the rod's other forces come to
     force_n: Array
     made: Made  # by stage: what it was made from, and what came out
 
@@ -134,27 +136,32 @@ def trace(
     filtered = make(
         "filter", (yielded, c), lambda: stages.filtered(yielded, c, settled=settled, starts=starts)
     )
-    additive = {
-        e.name: make(
-            (e.name, Stage.ADDITIVE),
-            (e, p, v, x, a, i, warm),
-            partial(stages.additive, e, p, v, x, a, i, warm, dt, starts),
-        )
-        for e, p in by[Stage.ADDITIVE]
-    }
-    total = limited = force = filtered
+    additive, rod = (
+        {
+            e.name: make(
+                (e.name, stage),
+                (e, p, v, x, a, i, warm),
+                partial(stages.additive, e, p, v, x, a, i, warm, dt, starts),
+            )
+            for e, p in by[stage]
+        }
+        for stage in (Stage.ADDITIVE, Stage.ROD)
+    )
+    total = filtered
     if additive:
         total = make("sum", (filtered, *additive.values()), lambda: _sum([filtered, *additive.values()]))
-        limited = force = total
+    limited = total
     if le:
-        limited = force = make(
-            Stage.LIMIT, (le, total, v, x), lambda: stages.limited(le, total, v, x, dt, starts)
-        )
+        limited = make(Stage.LIMIT, (le, total, v, x), lambda: stages.limited(le, total, v, x, dt, starts))
+    whole = limited
+    if rod:
+        whole = make("whole", (limited, *rod.values()), lambda: _sum([limited, *rod.values()]))
+    force = whole
     if oe:
-        force = make(Stage.OUTPUT, (oe, limited), lambda: stages.measured(oe, limited, dt, starts))
+        force = make(Stage.OUTPUT, (oe, whole), lambda: stages.measured(oe, whole, dt, starts))
     return Trace(
         run, settled, i, warm, v, x, level, shape, factors, static, yielded, filtered, additive, total,
-        limited, force, make.made,
+        limited, rod, whole, force, make.made,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.exchange import exchanged
 from mrctl.discover.grow import WARMER, grown_by, settled, warmer, without
 from mrctl.discover.proof import prove
+from mrctl.discover.renewed import renewed
 from mrctl.identify.effects_fit import Effects
 from mrctl.model.effects.registry import effect
 
@@ -97,3 +98,17 @@ def test_what_an_effect_could_not_show_beside_another_it_shows_without_it(sprung
     spring = without(both, "force_offset", evidence.folds)
     assert spring.fit.effect_values["gas_spring"][0] == pytest.approx(60.0, abs=10.0)
     assert spring.mean_square == pytest.approx(both.mean_square, rel=0.02)
+
+
+def test_an_effect_that_is_stuck_is_begun_anew(sprung):
+    evidence, _, with_spring = sprung
+    fit = with_spring.fit
+    at_its_bound = {"gas_spring": (0.0, 300.0, -60.0, 0.0)}
+    theta = fit.model.pack(fit.tables, at_its_bound)
+    there = fit.model.fit(theta, penalties=fit.penalties, free=fit.moving, rounds=1, iterations=1)
+    stuck = prove(there, evidence.folds)
+    assert stuck.mean_square > 2.0 * with_spring.mean_square
+    anew = renewed(stuck, [effect("gas_spring")], evidence.folds)
+    assert anew.mean_square == pytest.approx(with_spring.mean_square, rel=0.05)
+    again = renewed(anew, [effect("gas_spring")], evidence.folds)
+    assert again.mean_square == pytest.approx(anew.mean_square, rel=0.01)

@@ -41,7 +41,7 @@ def test_the_list_tells_everything_of_every_effect(capsys):
 def test_a_name_shows_its_card_alone(capsys):
     assert mrctl_effects("gas_spring") == 0
     out = capsys.readouterr().out
-    assert out.startswith("gas_spring  (additive, needs displacement)")
+    assert out.startswith("gas_spring  (rod, needs displacement)")
     assert "fluid_inertia" not in out
 
 

@@ -75,8 +75,8 @@ def test_a_change_of_one_effect_leaves_the_stages_before_it():
     before = trace(run, with_typical("gas_spring", "current_lag"))
     after = trace(run, with_typical("gas_spring", "current_lag", "force_offset"), like=before)
     assert after.filtered_n is before.filtered_n
-    assert after.additive_n["gas_spring"] is before.additive_n["gas_spring"]
-    assert after.force_n == pytest.approx(before.force_n + after.additive_n["force_offset"], abs=1e-9)
+    assert after.rod_n["gas_spring"] is before.rod_n["gas_spring"]
+    assert after.force_n == pytest.approx(before.force_n + after.rod_n["force_offset"], abs=1e-9)
     lagless = trace(run, with_typical("gas_spring"), like=after)
     assert lagless.shape is after.shape
     assert lagless.level_n is not after.level_n

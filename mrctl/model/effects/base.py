@@ -8,7 +8,9 @@ Per sample, with the step dt, a damper with effects is
     b  = f(i1) g(v1) h(i1, T1) * factors(v1, x1, i1, T1)
     b1 = yield effects(b, v1, x1, f h)             elasticity before the fluid yields
     F  = H[b1] + sum of additive(v1, x1, a, i1, T1)
-    F  = output effects(limit effects(F, v1, x1))  what can build up, and what is measured of it
+    F  = limit effects(F, v1, x1)                  what can build up in the fluid
+    F  = F + sum of rod(v1, x1, a, i1, T1)         what pulls at the rod beside the fluid
+    F  = output effects(F)                         what is measured of it
 
 A stage's effects all have a `step` with the same arguments (`ARGUMENTS`), in plain floats:
 
@@ -54,6 +56,7 @@ class Stage(StrEnum):
     YIELD = "yield"
     ADDITIVE = "additive"
     LIMIT = "limit"
+    ROD = "rod"
     OUTPUT = "output"
 
 
@@ -68,6 +71,7 @@ class Undo(StrEnum):
 
 
 _IN = "p", "s"
+_FORCES = "velocity_m_s", "displacement_m", "acceleration_m_s2", "current_a", "temperature_c"
 ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
     Stage.CURRENT: (*_IN, "current_a", "dt_s"),
     Stage.TEMPERATURE: (*_IN, "temperature_c", "velocity_m_s", "current_a", "tables", "dt_s"),
@@ -76,10 +80,9 @@ ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
     ),
     Stage.FACTOR: (*_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "dt_s"),
     Stage.YIELD: (*_IN, "force_n", "velocity_m_s", "displacement_m", "level_n", "dt_s"),
-    Stage.ADDITIVE: (
-        *_IN, "velocity_m_s", "displacement_m", "acceleration_m_s2", "current_a", "temperature_c", "dt_s",
-    ),
+    Stage.ADDITIVE: (*_IN, *_FORCES, "dt_s"),
     Stage.LIMIT: (*_IN, "force_n", "velocity_m_s", "displacement_m", "dt_s"),
+    Stage.ROD: (*_IN, *_FORCES, "dt_s"),
     Stage.OUTPUT: (*_IN, "force_n", "dt_s"),
 }  # fmt: skip
 """The arguments of a stage's `step`.
@@ -96,6 +99,7 @@ UNDONE_BY: Mapping[Stage, frozenset[Undo]] = {
     Stage.YIELD: frozenset({Undo.LEAD, Undo.DIVIDE}),
     Stage.ADDITIVE: frozenset({Undo.SUBTRACT}),
     Stage.LIMIT: frozenset({Undo.LEAD}),
+    Stage.ROD: frozenset({Undo.SUBTRACT}),
     Stage.OUTPUT: frozenset({Undo.LEAD}),
 }
 """What `InversePipeline` can do for a stage, beside leaving an effect as it is."""

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 NO_LIMIT_N = 1e6
 LEAST_SHARE = 0.1  # of the limit, however far the rod is out
+SOFTEST = 0.5  # of the limit, that the force at the limit falls short of it
 
 
 def step(
@@ -19,18 +21,20 @@ def step(
     displacement_m: float,
     dt_s: float,
 ) -> float:
-    """The force in N: as it is down to limit less knee, then bent, in a parabola, towards the limit.
+    """The force in N: in compression bent towards the limit, which it nears but does not reach.
 
     The gas that holds it up is the more compressed, the further the rod is in. What the fluid does not follow
     opens a cavity, which the way back must close first, but for what other flow has filled meanwhile.
     """
-    limit_n = p[0] * max(1.0 - p[4] * displacement_m, LEAST_SHARE)
-    over = -force_n - limit_n + p[1]
-    if over > 0.0:
-        held_n = -limit_n if over >= 2.0 * p[1] else force_n + over * over / (4.0 * p[1])
-        if force_n < 0.0:
-            s[0] += (1.0 - p[5]) * abs(velocity_m_s) * dt_s * (1.0 - held_n / force_n)
-        return held_n
+    if force_n < 0.0:
+        limit_n = p[0] * max(1.0 - p[4] * displacement_m, LEAST_SHARE)
+        sharpness = math.log(0.5) / math.log1p(-min(p[1] / p[0], SOFTEST))
+        share, most = -force_n / limit_n, 1.0
+        if share > 1.0:  # no power of what is above 1: it may be beyond all numbers
+            share, most = 1.0 / share, 1.0 / share
+        most /= math.pow(1.0 + math.pow(share, sharpness), 1.0 / sharpness)
+        s[0] += (1.0 - p[5]) * abs(velocity_m_s) * dt_s * (1.0 - most)
+        return force_n * most
     if velocity_m_s > 0.0 and s[0] > 0.0:
         force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
         s[0] = max(0.0, s[0] - velocity_m_s * dt_s)
@@ -62,14 +66,15 @@ EFFECT = Effect(
     stage=Stage.LIMIT,
     summary="The compression force cannot exceed what the gas pressure holds up; beyond, vapour forms.",
     equation=(
-        "F >= -limit (1 - rise x), with a parabola from limit - knee to limit + knee; "
-        "cavity y: dy/dt = (1 - refilled) |v| (1 - limit/|F|) while limited, -v on the way back, "
+        "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, limit' = limit (1 - rise x), "
+        "n = log(1/2) / log(1 - knee/limit); "
+        "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), -v on the way back, "
         "where F is 1 - loss y/(y + closing) of itself"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
         Parameter("limit_n", "N", NO_LIMIT_N, 50.0, NO_LIMIT_N, 1000.0, "largest compression force"),
-        Parameter("knee_n", "N", 50.0, 1.0, 5e3, 50.0, "half width of the transition to it"),
+        Parameter("knee_n", "N", 50.0, 1.0, 5e3, 50.0, "what F lacks of the limit where it would be at it"),
         Parameter("loss", "1", 0.0, 0.0, 1.0, 0.0, "of the rebound force while a cavity is open", 0.3),
         Parameter(
             "closing_m", "m", 2e-3, 1e-4, 0.02, 2e-3, "cavity at which half of that is lost", partial=True

@@ -58,7 +58,7 @@ def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
 
 EFFECT = Effect(
     name="coulomb_friction",
-    stage=Stage.ADDITIVE,
+    stage=Stage.ROD,
     summary="Seals and guides hold the rod with a constant force, elastic for a fraction of a millimetre.",
     equation="F = friction (1 + breakaway exp(-(v / slow)^2)) z, dz/dx = (1 - z sign(v)) / presliding",
     source=(

@@ -75,7 +75,7 @@ def _plausible(p: Vector, ranges: Ranges) -> bool:
 
 EFFECT = Effect(
     name="end_stop",
-    stage=Stage.ADDITIVE,
+    stage=Stage.ROD,
     summary="Near either end of the stroke a stop pushes back, steeply and with some damping.",
     equation=(
         "lag dF/dt + F = sign(y) force_at_1mm ((|y| - clearance) / 1 mm)^exponent + damping v where "

@@ -49,7 +49,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
 
 EFFECT = Effect(
     name="fluid_inertia",
-    stage=Stage.ADDITIVE,
+    stage=Stage.ROD,
     summary="Fluid driven through a narrow gap has to be accelerated many times faster than the piston.",
     equation="lag dF/dt + F = mass a",
     source=(

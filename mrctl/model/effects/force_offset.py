@@ -24,7 +24,7 @@ def step(
 
 EFFECT = Effect(
     name="force_offset",
-    stage=Stage.ADDITIVE,
+    stage=Stage.ROD,
     summary="A constant force: the zero of the load cell, or a preload that does not change with stroke.",
     equation="F = offset",
     source="Zero error of a strain-gauge load cell (ISO 376).",

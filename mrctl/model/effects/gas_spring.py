@@ -38,7 +38,7 @@ def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
 
 EFFECT = Effect(
     name="gas_spring",
-    stage=Stage.ADDITIVE,
+    stage=Stage.ROD,
     summary="The gas in the accumulator pushes on the rod, the harder the further it is compressed.",
     equation=f"F = preload + warming (T - {REFERENCE_C:g}) + stiffness x / (1 - progression x)",
     source=(

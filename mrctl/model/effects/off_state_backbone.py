@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
-SMALLEST_FACTOR = 0.05
+SMALLEST_FACTOR = 0.01
 MOST_FADE_A = 1.0
 OFF = 0.95  # of that ...
 OFF_SHARE = 0.8  # ... and of the currents seen: an off state is over by then
@@ -27,7 +28,7 @@ def step(
     if off <= 0.0:
         return 1.0
     ratio = velocity_m_s / p[2]
-    change = p[0] / (1.0 + ratio * ratio) + p[1] * abs(velocity_m_s)
+    change = p[0] / (1.0 + ratio * ratio) + p[1] * math.pow(abs(velocity_m_s), p[4])
     return max(1.0 + off * change, SMALLEST_FACTOR)
 
 
@@ -41,7 +42,7 @@ EFFECT = Effect(
     stage=Stage.FACTOR,
     summary="Near 0 A the fluid flows rather than yields: another force below the knee, another slope above.",
     equation=(
-        "factor = 1 + off (low_speed_change / (1 + (v / knee)^2) + growth |v|), "
+        "factor = 1 + off (low_speed_change / (1 + (v / knee)^2) + growth |v|^power), "
         "off = 1 - i1 / fade_current up to the fade current, then 0"
     ),
     source="The separable model's open point: its off-state error of 12 to 15 %. An empirical form.",
@@ -50,14 +51,14 @@ EFFECT = Effect(
             "low_speed_change",
             "1",
             0.0,
-            -0.95,
+            -0.99,
             3.0,
             -0.4,
             "relative change of the force at v = 0",
             linear=True,
         ),
         Parameter(
-            "growth_s_m", "s/m", 0.0, -2.0, 10.0, 0.5, "relative growth a m/s above the knee", linear=True
+            "growth_s_m", "s/m", 0.0, -2.0, 10.0, 0.5, "relative growth above the knee, at 1 m/s", linear=True
         ),
         Parameter(
             "knee_m_s", "m/s", 0.05, 0.002, 1.0, 0.05, "velocity at which the low-speed change is half"
@@ -65,6 +66,7 @@ EFFECT = Effect(
         Parameter(
             "fade_current_a", "A", 0.4, 0.02, MOST_FADE_A, 0.4, "current from which g is as when on", 0.1
         ),
+        Parameter("power", "1", 1.0, 0.3, 3.0, 1.0, "exponent of that growth", optional=True),
     ),
     step=step,
     shape_over=frozenset({"current"}),
