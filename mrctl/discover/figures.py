@@ -68,6 +68,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             ],
             "bursts_n": root(d.balance.bursts),
             "by_run_n": root(d.balance.by_run),
+            "swelling_n": root(d.balance.swelling),
             "line": None if d.balance.line is None else _stated(d.balance.line),
             "hum": [_stated(hum) for hum in d.balance.hums],
         },
@@ -196,6 +197,11 @@ def _where_words(d: Diagnosis) -> str:
     )
     if d.balance.bursts:
         where += f" {root(d.balance.bursts):.3g} N of it comes in bursts: is it the load cell or its cable?"
+    if d.balance.swelling:
+        where += (
+            f" {root(d.balance.swelling):.3g} N does not repeat from cycle to cycle and comes with the force:"
+        )
+        where += " is the current what it is told to be?"
     if d.balance.by_run:
         own = root(d.balance.by_run)
         where += f" {own:.3g} N of it is another zero of the force in each run: does the load cell drift?"

@@ -11,11 +11,11 @@ Array = NDArray[np.float64]
 
 PARTS, FEWEST = 5, 50  # of a signal's samples, as many in each; and how many at least
 LOUDER, LOUDER_RUN = 2.5, 4.0  # in mean square, the loudest part over the quietest, and the loudest run
-APART_S = (
-    0.005,
-    0.02,
-    0.08,
-)  # over which noise changes as much in any run; what goes with the motion does not
+# Over which noise changes as much in any run; what goes with the motion does not.
+APART_S = (0.005, 0.02, 0.08)
+LITTLE, MUCH = 0.1, 0.8  # quantiles of the force's size: up to which it is little, and from which much
+SWELLING = 5.0  # in mean square, what comes with the force, where that is much over where it is little
+SLOW = 0.25  # of a white error's change from sample to sample, that a slow one may have
 
 
 def is_indifferent(
@@ -41,6 +41,30 @@ def is_indifferent(
         _spread(every, np.concatenate([x[h] for x, h in zip(signal, heard, strict=True)])) <= LOUDER
         for signal in signals
     )
+
+
+def swells(errors: Sequence[Array], forces: Sequence[Array]) -> float:
+    """The mean square in N² of errors that come with the force's size within the runs; 0 where they do not.
+
+    errors, forces: (n) each run, N. What does not repeat from cycle to cycle is no load cell's noise if it
+    dies down whenever the force does, and is too slow for a converter's: a supply or a valve hunts, say.
+    """
+    slow = [(e, np.abs(f) / np.max(np.abs(f))) for e, f in zip(errors, forces, strict=True) if _is_slow(e)]
+    heard = [(e[e != 0.0], f[e != 0.0]) for e, f in slow]
+    if sum(e.size for e, _ in heard) < PARTS * FEWEST:
+        return 0.0
+    squares = np.concatenate([e * e / np.mean(e * e) for e, _ in heard])
+    sizes = np.concatenate([f for _, f in heard])
+    least, most = np.quantile(sizes, (LITTLE, MUCH))
+    if np.mean(squares[sizes >= most]) < SWELLING * np.mean(squares[sizes <= least]):
+        return 0.0
+    return float(sum(e @ e for e, _ in heard)) / sum(np.count_nonzero(e) for e in errors)
+
+
+def _is_slow(error: Array) -> bool:
+    """Whether little of an error changes from sample to sample."""
+    own = _change(error, 0)
+    return bool(np.isfinite(own)) and _change(error, 1) < SLOW * 2.0 * own
 
 
 def _change(error: Array, apart: int) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.courses import Course, courses_of
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.indifference import is_indifferent
+from mrctl.discover.indifference import is_indifferent, swells
 from mrctl.discover.lines import Line, hums_of, line_of, steady_noise
 from mrctl.discover.proof import Proof, log_gain
 from mrctl.discover.rivals import CLOSE_SCORE, Rival, rivals_of
@@ -24,6 +24,9 @@ from mrctl.model.effects.base import Effect
 Array = NDArray[np.float64]
 
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts, ...
+OF_SWELLING = (
+    0.02  # of the force, what comes with its size and does not repeat: less, and a load cell's gain may
+)
 STRANGE = 0.05  # ... or a course that no effect has
 SEEN = 0.02  # as STRANGE, for one that the effects found stand in place of
 IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales, ...
@@ -63,6 +66,7 @@ class Balance:
     bursts: float = 0.0  # of moments that no noise has, where they are most of it
     courses: Sequence[Course] = ()  # that no effect has, of what is left; most first
     by_run: float = 0.0  # of the runs' means, where they are most of what is left
+    swelling: float = 0.0  # of what does not repeat from cycle to cycle, but comes with the force
 
     @property
     def cleared(self) -> bool:
@@ -93,7 +97,11 @@ def balance_of(
     over = budget.unseen if bare and unknown else budget.excess
     if unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors), rates):
         over = 0.0
-    over = max(over, structured, shaken, strange * final.mean_square)
+    swelling = 0.0
+    if bare and budget.measured:
+        swelling = swells(errors, evidence.at_samples_of(errors, [r.force_n for r in evidence.full]))
+    swelling = swelling if swelling > OF_SWELLING**2 * force_n2(final) else 0.0
+    over = max(over, swelling, structured, shaken, strange * final.mean_square)
     least = LEAST_OF_FORCE**2 * force_n2(final)
     bursts = bursts_n2(errors, speeds)
     if bursts < OF_MOTION * budget.brought:
@@ -101,7 +109,9 @@ def balance_of(
     left_n2, bursts = (x if x > least else 0.0 for x in (over, bursts))
     by_run = mean_square([np.full(e.size, e.mean()) for e in errors])
     by_run = by_run if by_run > MOSTLY_BY_RUN * left_n2 > 0.0 else 0.0
-    return Balance(budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses, by_run)
+    return Balance(
+        budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses, by_run, swelling
+    )
 
 
 def _signals(evidence: Evidence, errors: Sequence[Array]) -> list[list[Array]]:

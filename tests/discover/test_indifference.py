@@ -12,7 +12,8 @@ from discover.hidden import rich
 
 from mrctl.discover import diagnose as module
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.indifference import is_indifferent
+from mrctl.discover.indifference import is_indifferent, swells
+from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.structure import structure_of
 from mrctl.discover.verdict import balance_of
 
@@ -110,3 +111,26 @@ def test_zeros_too_large_to_be_taken_out_are_told():
     balance = balance_of(evidence, base, left, [], bare=True)
     assert not balance.cleared
     assert np.sqrt(balance.by_run) == pytest.approx(30.0, rel=0.3)
+
+
+def _wandering(force_n: np.ndarray, seed: int) -> np.ndarray:
+    """A current that hunts at about 3 Hz, by 8 % of the force, its phase wandering."""
+    t = np.arange(force_n.size) / 500.0
+    phase = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.15, force_n.size)) + 2.0 * np.pi * 3.1 * t
+    return 0.08 * np.sin(phase) * force_n
+
+
+def test_what_does_not_repeat_and_comes_with_the_force_swells():
+    speeds, _, currents = _signals()
+    forces = [(100.0 + 500.0 * i) * v for v, i in zip(speeds, currents, strict=True)]
+    noise = _noise()
+    hunting = [_wandering(f, k) for k, f in enumerate(forces)]
+    both = [e + h for e, h in zip(_noise(0.0), hunting, strict=True)]
+    assert swells(hunting, forces) == pytest.approx(mean_square(hunting), rel=0.01)
+    assert swells(both, forces) > 0.5 * mean_square(hunting)
+    assert swells(noise, forces) == 0.0
+    louder_in_some_runs = [e * (1.0 + 3.0 * k) for k, e in enumerate(noise)]
+    assert swells(louder_in_some_runs, forces) == 0.0
+    fast = [e * f / 100.0 for e, f in zip(_noise(0.0), forces, strict=True)]
+    assert swells(fast, forces) == 0.0
+    assert swells([np.zeros(SAMPLES) for _ in range(RUNS)], forces) == 0.0
