@@ -177,7 +177,7 @@ def judged_by(
     if not found:
         cleared = cleared and not balance.bursts
     verdict, effects = _verdict(base, final, found, removable, cleared=cleared)
-    instead = stranger(base, final, stands, courses, beside) if found else None
+    instead = stranger(base, final, stands, courses, beside, cleared=cleared) if found else None
     judged = Judged(final, stands, left, balance, found, removable, verdict, effects, courses, instead)
     return judged.unexplained() if instead is not None else judged
 
@@ -188,11 +188,15 @@ def stranger(
     stands: Sequence[tuple[Trial, Level]],
     alone: Sequence[Course],
     beside: Sequence[Course],
+    *,
+    cleared: bool = False,
 ) -> Course | None:
     """A course that no effect has, which says more of what is missing than the effects named; None if none.
 
     alone, beside: the courses of what the base leaves, and the final model. It takes more without the effects
     than they do, and they have more parameters; or it is still seen beside them, and takes about as much.
+    cleared: the effects leave but noise, so a course that takes less of the error is not better for its fewer
+    parameters, or for where it takes it.
     """
     names = {trial.effect.name for trial, _ in stands}
     gain = log_gain(base, final)
@@ -201,8 +205,9 @@ def stranger(
     for course in alone:
         if not course.certain or course.alike & names:
             continue
-        better = course.gain > gain + CLOSE_SCORE
-        if better or (course.words in seen and course.share * base.mean_square > AS_MUCH * taken):
+        as_much = course.share * base.mean_square > AS_MUCH * taken
+        better = course.gain > gain + CLOSE_SCORE and (as_much or not cleared)
+        if better or (course.words in seen and as_much):
             return course
     return None
 

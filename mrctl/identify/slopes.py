@@ -76,8 +76,8 @@ def linearise(
         rod[: slopes.static.shape[0]] = on_rod
         rod[slopes.static.shape[0] :] = bent_on_rod
     if not by_differences:
-        sums = mean(here.sum_n), mean(here.whole_n)
-        slopes.values[:] = _behind_the_sum(settings, sums, (v, x), dt, starts, slopes.values, rod)
+        sums, warm = (mean(here.sum_n), mean(here.whole_n)), mean(here.temperature_c)
+        slopes.values[:] = _behind_the_sum(settings, sums, (v, x, warm), dt, starts, slopes.values, rod)
     rows = slopes.in_blocks(factor // inner, effects.size, picked=picked)
 
     def weighed(force: Array) -> Array:
@@ -116,7 +116,7 @@ def _differences(
 def _behind_the_sum(
     settings: Settings,
     sums: tuple[Array, Array],
-    motion: tuple[Array, Array],
+    signals: tuple[Array, Array, Array],
     dt_s: float,
     starts: Ints,
     rows: Array,
@@ -124,12 +124,12 @@ def _behind_the_sum(
 ) -> Array:
     """The slopes behind what limits the fluid's force, what pulls at the rod, and what measures both.
 
-    sums: the fluid's force before it is limited, and all forces after it; motion: v and x; rod: the slopes of
-    what pulls at the rod, None where nothing moves it.
+    sums: the fluid's force before it is limited, and all forces after it; signals: v, x and T; rod: the
+    slopes of what pulls at the rod, None where nothing moves it.
     """
     limit, output = settings[Stage.LIMIT], settings[Stage.OUTPUT]
     if limit:
-        rows = limit_slopes(limit, (sums[0], *motion), dt_s, starts, rows)
+        rows = limit_slopes(limit, (sums[0], *signals), dt_s, starts, rows)
     if rod is not None:
         rows = rows + rod
     return _pushed(rows, sums[1], lambda f: stages.measured(output, f, dt_s, starts)) if output else rows

@@ -74,7 +74,7 @@ class ForwardPipeline:
         for one in stages.additive:
             force += one.next(v, x, a, i, warm, dt)
         for one in stages.limit:
-            force = one.next(force, v, x, dt)
+            force = one.next(force, v, x, warm, dt)
         for one in stages.rod:
             force += one.next(v, x, a, i, warm, dt)
         for one in stages.output:
@@ -156,7 +156,7 @@ class InversePipeline(InverseModel):
         for one in stages.rod:
             wish -= one.next(v, x, a, field, warm, dt)
         for one in reversed(stages.limit):
-            wish = one.input_for(wish, wish, v, x, dt)
+            wish = one.input_for(wish, wish, v, x, warm, dt)
         for one in stages.additive:
             wish -= one.next(v, x, a, field, warm, dt)
         back = self.backbone_wish(wish)

@@ -124,13 +124,14 @@ def _limit(step: Step) -> Step:
         force_n: Array,
         velocity_m_s: Array,
         displacement_m: Array,
+        temperature_c: Array,
         dt_s: float,
         out: Array,
     ) -> None:
         for j in range(starts.size - 1):
             own = s[j]
             for k in range(starts[j], starts[j + 1]):
-                out[k] = step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], dt_s)
+                out[k] = step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], temperature_c[k], dt_s)
 
     return loop
 
@@ -368,7 +369,7 @@ def _of_additive(step: Step) -> Step:
 
 def _of_limit(step: Step) -> Step:
     def call(p: P, s: Array, u: Array, dt_s: float) -> float:
-        force: float = step(p, s, u[0], u[1], u[2], dt_s)
+        force: float = step(p, s, u[0], u[1], u[2], u[3], dt_s)
         return force
 
     return call

@@ -168,12 +168,13 @@ def limited(
     force_n: Array,
     velocity_m_s: Array,
     displacement_m: Array,
+    temperature_c: Array,
     dt_s: float,
     starts: Ints | None = None,
 ) -> Array:
-    """The force in N that can build up."""
+    """The force in N that can build up in the fluid."""
     for effect, p in chosen:
-        inputs = force_n, velocity_m_s, displacement_m
+        inputs = force_n, velocity_m_s, displacement_m, temperature_c
         force_n = _through(effect, p, starts, inputs, (dt_s,))
     return force_n
 

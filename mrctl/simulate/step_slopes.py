@@ -43,11 +43,11 @@ def yield_slopes(
 
 
 def limit_slopes(
-    chosen: Chosen, signals: tuple[Array, Array, Array], dt_s: float, starts: Ints, rows: Array
+    chosen: Chosen, signals: tuple[Array, Array, Array, Array], dt_s: float, starts: Ints, rows: Array
 ) -> Array:
     """The changes of the force (m, n) behind the limits, by those before them.
 
-    signals: force, velocity and displacement, (n) each.
+    signals: force, velocity, displacement and temperature, (n) each.
     """
     for place, (effect, p) in enumerate(chosen):
         if place:

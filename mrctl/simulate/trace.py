@@ -152,7 +152,9 @@ def trace(
         total = make("sum", (filtered, *additive.values()), lambda: _sum([filtered, *additive.values()]))
     limited = total
     if le:
-        limited = make(Stage.LIMIT, (le, total, v, x), lambda: stages.limited(le, total, v, x, dt, starts))
+        limited = make(
+            Stage.LIMIT, (le, total, v, x, warm), lambda: stages.limited(le, total, v, x, warm, dt, starts)
+        )
     whole = limited
     if rod:
         whole = make("whole", (limited, *rod.values()), lambda: _sum([limited, *rod.values()]))

@@ -60,17 +60,23 @@ def test_states_that_nothing_moves_or_hears_are_left_out():
     assert first.shape == (1, 1, 2)
 
 
+TEMPERATURE = 40.0 + 20.0 * T
+
+
 def _alike(got, want):
     assert np.sqrt(np.mean((got - want) ** 2)) < 1e-3 * np.sqrt(np.mean(want**2))
 
 
 def test_a_change_behind_a_limit_is_that_of_a_small_step():
-    chosen = [(effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3))]
+    chosen = [(effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3, 3e-3))]
     rows = np.stack([np.cos(5.0 * T), FORCE / 900.0, *(np.sin(k * T) for k in range(3, 12))])
-    got = limit_slopes(chosen, (FORCE, V, X), DT_S, STARTS, rows)
+    got = limit_slopes(chosen, (FORCE, V, X, TEMPERATURE), DT_S, STARTS, rows)
     small = 1e-3
     for row, own in zip(rows, got, strict=True):
-        ends = (stages.limited(chosen, FORCE + by * row, V, X, DT_S, STARTS) for by in (small, -small))
+        ends = (
+            stages.limited(chosen, FORCE + by * row, V, X, TEMPERATURE, DT_S, STARTS)
+            for by in (small, -small)
+        )
         _alike(own, np.subtract(*ends) / (2.0 * small))
 
 

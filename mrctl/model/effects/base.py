@@ -8,7 +8,7 @@ Per sample, with the step dt, a damper with effects is
     b  = f(i1) g(v1) h(i1, T1) * factors(v1, x1, i1, T1)
     b1 = yield effects(b, v1, x1, f h)             elasticity before the fluid yields
     F  = H[b1] + sum of additive(v1, x1, a, i1, T1)
-    F  = limit effects(F, v1, x1)                  what can build up in the fluid
+    F  = limit effects(F, v1, x1, T1)              what can build up in the fluid
     F  = F + sum of rod(v1, x1, a, i1, T1)         what pulls at the rod beside the fluid
     F  = output effects(F)                         what is measured of it
 
@@ -81,7 +81,7 @@ ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
     Stage.FACTOR: (*_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "dt_s"),
     Stage.YIELD: (*_IN, "force_n", "velocity_m_s", "displacement_m", "level_n", "dt_s"),
     Stage.ADDITIVE: (*_IN, *_FORCES, "dt_s"),
-    Stage.LIMIT: (*_IN, "force_n", "velocity_m_s", "displacement_m", "dt_s"),
+    Stage.LIMIT: (*_IN, "force_n", "velocity_m_s", "displacement_m", "temperature_c", "dt_s"),
     Stage.ROD: (*_IN, *_FORCES, "dt_s"),
     Stage.OUTPUT: (*_IN, "force_n", "dt_s"),
 }  # fmt: skip

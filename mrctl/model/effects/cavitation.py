@@ -10,6 +10,7 @@ from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vec
 
 NO_LIMIT_N = 1e6
 LEAST_SHARE = 0.1  # of the limit, however far the rod is out
+REFERENCE_C = 25.0  # at which the limit is stated
 SOFTEST = 0.5  # of the limit, that the force at the limit falls short of it
 
 
@@ -19,15 +20,18 @@ def step(
     force_n: float,
     velocity_m_s: float,
     displacement_m: float,
+    temperature_c: float,
     dt_s: float,
 ) -> float:
     """The force in N: in compression bent towards the limit, which it nears but does not reach.
 
-    The gas that holds it up is the more compressed, the further the rod is in. What the fluid does not follow
-    opens a cavity, which the way back must close first, but for what other flow has filled meanwhile.
+    The gas that holds it up has a higher pressure when it is warm, and the further the rod is in. What the
+    fluid does not follow opens a cavity, which the way back must close first, but for what other flow has
+    filled meanwhile.
     """
     if force_n < 0.0:
-        limit_n = p[0] * max(1.0 - p[4] * displacement_m, LEAST_SHARE)
+        warmer = 1.0 + p[6] * (temperature_c - REFERENCE_C)
+        limit_n = p[0] * max((1.0 - p[4] * displacement_m) * warmer, LEAST_SHARE)
         sharpness = math.log(0.5) / math.log1p(-min(p[1] / p[0], SOFTEST))
         share, most = -force_n / limit_n, 1.0
         if share > 1.0:  # no power of what is above 1: it may be beyond all numbers
@@ -46,6 +50,7 @@ def start(
     force_n: float,
     velocity_m_s: float,
     displacement_m: float,
+    temperature_c: float,
     dt_s: float,
 ) -> list[float]:
     """No cavity yet."""
@@ -58,7 +63,9 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     stiffer = 0.2 / max(ranges.displacement_m, 1e-3)
     kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
     shares = (1.0, 0.95, 0.85, 0.7)
-    return [(share * most, 0.05 * most, loss, 2e-3, rise, 0.0) for loss, rise in kinds for share in shares]
+    return [
+        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0) for loss, rise in kinds for share in shares
+    ]
 
 
 EFFECT = Effect(
@@ -66,7 +73,7 @@ EFFECT = Effect(
     stage=Stage.LIMIT,
     summary="The compression force cannot exceed what the gas pressure holds up; beyond, vapour forms.",
     equation=(
-        "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, limit' = limit (1 - rise x), "
+        "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, limit' = limit (1 - rise x) (1 + warming (T - 25)), "
         "n = log(1/2) / log(1 - knee/limit); "
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), -v on the way back, "
         "where F is 1 - loss y/(y + closing) of itself"
@@ -99,6 +106,17 @@ EFFECT = Effect(
             0.0,
             "part of the cavity that other flow fills as it opens",
             0.3,
+            optional=True,
+        ),
+        Parameter(
+            "warming_per_k",
+            "1/K",
+            0.0,
+            -0.01,
+            0.02,
+            0.0,
+            "growth of the limit as the gas warms",
+            1e-3,
             optional=True,
         ),
     ),

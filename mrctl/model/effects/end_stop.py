@@ -51,17 +51,17 @@ def _steady(p: Sequence[float], velocity_m_s: float, displacement_m: float) -> f
     force = p[1] * math.pow(depth / UNIT_M, p[2]) + p[3] * outward * (1.0 - math.exp(-depth / CONTACT_M))
     if force <= 0.0:
         return 0.0
-    return force if x > 0.0 else -force
+    return force if x > 0.0 else -force * (1.0 + p[6])
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
     reach = ranges.displacement_m
     both: list[Vector] = [
-        (share * reach, 300.0, 1.5, 500.0, 0.0, 0.0) for share in (0.95, 0.85, 0.7, 0.6, 0.5)
+        (share * reach, 300.0, 1.5, 500.0, 0.0, 0.0, 0.0) for share in (0.95, 0.85, 0.7, 0.6, 0.5)
     ]
     # One stop only: the middle is moved away from it, so that the other is never reached.
     one: list[Vector] = [
-        ((share + 0.3) * reach, 300.0, 1.5, 500.0, side * 0.3 * reach, 0.0)
+        ((share + 0.3) * reach, 300.0, 1.5, 500.0, side * 0.3 * reach, 0.0, 0.0)
         for share in (0.9, 0.75, 0.6, 0.45)
         for side in (-1.0, 1.0)
     ]
@@ -79,7 +79,7 @@ EFFECT = Effect(
     summary="Near either end of the stroke a stop pushes back, steeply and with some damping.",
     equation=(
         "lag dF/dt + F = sign(y) force_at_1mm ((|y| - clearance) / 1 mm)^exponent + damping v where "
-        "|y| > clearance, y = x - middle"
+        "|y| > clearance, y = x - middle; in compression 1 + compression_change times that"
     ),
     source=(
         "Power-law contact with damping; Hunt, Crossley, J. Appl. Mech. 42 (1975). A hydraulic one may lag "
@@ -92,6 +92,17 @@ EFFECT = Effect(
         Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 500.0, "damping in the stop", linear=True),
         Parameter("middle_m", "m", 0.0, -0.5, 0.5, 0.0, "displacement halfway between the stops", 1e-3),
         FORCE_LAG,
+        Parameter(
+            "compression_change",
+            "1",
+            0.0,
+            -0.9,
+            5.0,
+            0.0,
+            "relative change of the force of the stop in compression",
+            0.3,
+            optional=True,
+        ),
     ),
     step=step,
     start=start,
