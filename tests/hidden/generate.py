@@ -34,6 +34,20 @@ def expected(spec, vis):
     return {"verdict": "found", "effects": sorted(eff)}
 
 
+def drawn_parameters(spec):
+    """By effect, what the generator drew for it."""
+    return {
+        e: {q: float(w) for q, w in spec["parts"][e].items()}
+        | {q: w for q, (e2, w) in spec["path"].items() if e2 == e}
+        for e in spec["effects"]
+    }
+
+
+def drawn_base(spec):
+    """What the generator drew for the base model."""
+    return {q: float(spec["P"][j]) for q, j in IX.items() if spec["P"][j] != 0} | {"H": spec["H"]}
+
+
 def make_case(seed, fam, k, out):
     spec = make_spec(seed, fam, k)
     runs = fine_signals(spec)
@@ -71,13 +85,9 @@ def make_case(seed, fam, k, out):
         "also_acceptable": spec["accept"],
         "note": spec["note"],
         "forms": spec["forms"],
-        "parameters": {
-            e: {q: float(w) for q, w in spec["parts"][e].items()}
-            | {q: w for q, (e2, w) in spec["path"].items() if e2 == e}
-            for e in spec["effects"]
-        },
+        "parameters": drawn_parameters(spec),
         "odd_parameters": spec["odd"],
-        "base": {q: float(spec["P"][j]) for q, j in IX.items() if spec["P"][j] != 0} | {"H": spec["H"]},
+        "base": drawn_base(spec),
         "sensors": s,
         "rate_hz": spec["fs"],
         "runs": len(runs),

@@ -86,9 +86,10 @@ def _end_stop(p, case):
     own["damping_n_s_m"] = 0.0 if p["ECV"] == 0 else f"{FORM}: it sets in over another depth"
     if p["ESIDE"]:
         one = "one stop only: it stands at middle + clearance"
-        return own | {"clearance_m": one, "middle_m": one}
+        return own | {"clearance_m": one, "middle_m": one, "compression_change": one}
     zero = case["sensors"]["has_displacement"]
     return own | {
+        "compression_change": 0.0,
         "clearance_m": p["EXS"],
         "middle_m": 0.0 if zero else "the stroke's zero was not measured",
     }
@@ -97,10 +98,10 @@ def _end_stop(p, case):
 def _cavitation(p, case):
     if p["CAV"] == 3:
         return dict.fromkeys(
-            ("limit_n", "knee_n", "loss", "closing_m", "rise_per_m", "refilled"),
+            ("limit_n", "knee_n", "loss", "closing_m", "rise_per_m", "refilled", "warming_per_k"),
             f"{FORM}: onset with compression speed",
         )
-    own = {"limit_n": p["CFL"], "rise_per_m": 0.0}
+    own = {"limit_n": p["CFL"], "rise_per_m": 0.0, "warming_per_k": 0.0}
     if p["CAV"] == 2:
         return own | {"refilled": 0.0, "knee_n": f"{FORM}: sharp", "loss": 0.85, "closing_m": p["CQ"]}
     return own | {
@@ -144,7 +145,7 @@ COMPARED = {
     "cavitation": _cavitation,
     "stroke_dependent_damping": _stroke,
     "off_state_backbone": lambda _, __: dict.fromkeys(
-        ("low_speed_change", "growth_s_m", "knee_m_s", "fade_current_a"), FORM
+        ("low_speed_change", "growth_s_m", "knee_m_s", "fade_current_a", "power"), FORM
     ),
     "rebound_asymmetry": lambda _, __: dict.fromkeys(
         ("compression_change", "compression_change_per_a", "bend_per_a", "compression_change_per_a2"),
