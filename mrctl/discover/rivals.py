@@ -119,14 +119,26 @@ def _still_alike(chosen: Trial, alike: Sequence[Look]) -> list[str]:
     """Which of these have its force's course beside the model that was found too.
 
     A base that went to make up for a large effect moves along other slopes than one that has the effect
-    beside it: what tells two motions apart looks absorbed there.
+    beside it: what tells two motions apart looks absorbed there. One that makes the same force from nothing
+    on, and has more to say besides, was not kept from it by bounds: it has the effect as a special case.
     """
     if not alike:
         return []
     screen = Screen(Tangent.of(chosen.fit.less({chosen.effect.name})))
     own = screen.at(chosen.effect, chosen.fit.effect_values[chosen.effect.name])
     others = [screen.at(look.effect, look.values) for look in alike]
-    return [other.effect.name for other in others if same_direction(own, other) >= SAME_DIRECTION]
+    return [
+        other.effect.name
+        for other in others
+        if same_direction(own, other) >= SAME_DIRECTION and not _reaches(screen, own, other)
+    ]
+
+
+def _reaches(screen: Screen, own: Look, other: Look) -> bool:
+    """Whether a larger effect, begun at nothing, comes to take as much as the one found does."""
+    if np.count_nonzero(other.free) <= np.count_nonzero(own.free):
+        return False
+    return screen.climb(other.effect, other.effect.neutral).gain >= AS_GOOD_SHARE * own.gain
 
 
 def _one_sided(effect: Effect) -> bool:

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mrctl.discover import rivals
 from mrctl.discover import verdict as module
 from mrctl.discover.diagnose import _hopeless
 from mrctl.discover.evidence import Evidence
@@ -195,3 +196,14 @@ def test_a_search_ends_where_no_more_effects_can_explain_what_is_missing(
     evidence = SimpleNamespace(budget=lambda _: SimpleNamespace(excess=excess))
     proofs = (SimpleNamespace(mean_square=m, fit=None) for m in (100.0, before, here))
     assert _hopeless(evidence, *proofs, rounds) is hopeless
+
+
+@pytest.mark.parametrize(
+    ("gain", "moves", "reaches"), [(99.0, 2, True), (50.0, 2, False), (99.0, 1, False), (120.0, 3, True)]
+)
+def test_a_larger_effect_that_comes_to_the_same_force_has_the_smaller_as_a_special_case(gain, moves, reaches):
+    """50: its bounds keep it from the force."""
+    screen = SimpleNamespace(climb=lambda _effect, _start: SimpleNamespace(gain=gain))
+    own = SimpleNamespace(free=np.array([True]), gain=100.0)
+    other = SimpleNamespace(free=np.ones(moves, bool), effect=SimpleNamespace(neutral=(0.0,) * moves))
+    assert rivals._reaches(screen, own, other) is reaches
