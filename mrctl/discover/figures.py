@@ -200,8 +200,8 @@ def _where_words(d: Diagnosis) -> str:
     if d.balance.swelling:
         where += (
             f" {root(d.balance.swelling):.3g} N does not repeat from cycle to cycle and comes with the force:"
+            " is the current what it is told to be?"
         )
-        where += " is the current what it is told to be?"
     if d.balance.by_run:
         own = root(d.balance.by_run)
         where += f" {own:.3g} N of it is another zero of the force in each run: does the load cell drift?"

@@ -75,9 +75,8 @@ def linearise(
         rod = np.empty_like(slopes.values)
         rod[: slopes.static.shape[0]] = on_rod
         rod[slopes.static.shape[0] :] = bent_on_rod
-    if not by_differences:
-        sums, warm = (mean(here.sum_n), mean(here.whole_n)), mean(here.temperature_c)
-        slopes.values[:] = _behind_the_sum(settings, sums, (v, x, warm), dt, starts, slopes.values, rod)
+    if (settings[Stage.LIMIT] or settings[Stage.OUTPUT] or bends) and not by_differences:
+        slopes.values[:] = _behind_the_sum(settings, here, mean, (v, x), dt, starts, slopes.values, rod)
     rows = slopes.in_blocks(factor // inner, effects.size, picked=picked)
 
     def weighed(force: Array) -> Array:
@@ -115,8 +114,9 @@ def _differences(
 
 def _behind_the_sum(
     settings: Settings,
-    sums: tuple[Array, Array],
-    signals: tuple[Array, Array, Array],
+    here: Trace,
+    mean: Callable[[Array], Array],
+    motion: tuple[Array, Array],
     dt_s: float,
     starts: Ints,
     rows: Array,
@@ -124,15 +124,18 @@ def _behind_the_sum(
 ) -> Array:
     """The slopes behind what limits the fluid's force, what pulls at the rod, and what measures both.
 
-    sums: the fluid's force before it is limited, and all forces after it; signals: v, x and T; rod: the
-    slopes of what pulls at the rod, None where nothing moves it.
+    mean: of the trace's arrays to the rows' rate; motion: v and x at that; rod: the slopes of what pulls at
+    the rod, None where nothing moves it.
     """
     limit, output = settings[Stage.LIMIT], settings[Stage.OUTPUT]
     if limit:
-        rows = limit_slopes(limit, (sums[0], *signals), dt_s, starts, rows)
+        signals = mean(here.sum_n), *motion, mean(here.temperature_c)
+        rows = limit_slopes(limit, signals, dt_s, starts, rows)
     if rod is not None:
         rows = rows + rod
-    return _pushed(rows, sums[1], lambda f: stages.measured(output, f, dt_s, starts)) if output else rows
+    if not output:
+        return rows
+    return _pushed(rows, mean(here.whole_n), lambda f: stages.measured(output, f, dt_s, starts))
 
 
 def _pushed(rows: Array, at: Array, stage: Callable[[Array], Array]) -> Array:

@@ -87,15 +87,15 @@ def _factor(step: Step) -> Step:
     return loop
 
 
-def _yield(step: Step) -> Step:
+def _bent(step: Step) -> Step:
     def loop(
         p: P, s: Array, starts: Ints, force_n: Array, velocity_m_s: Array, displacement_m: Array,
-        level_n: Array, dt_s: float, out: Array,
+        beside: Array, dt_s: float, out: Array,
     ) -> None:  # fmt: skip
         for j in range(starts.size - 1):
             own = s[j]
             for k in range(starts[j], starts[j + 1]):
-                out[k] = step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], level_n[k], dt_s)
+                out[k] = step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], beside[k], dt_s)
 
     return loop
 
@@ -112,26 +112,6 @@ def _additive(step: Step) -> Step:
                     p, own, velocity_m_s[k], displacement_m[k], acceleration_m_s2[k], current_a[k],
                     temperature_c[k], dt_s,
                 )  # fmt: skip
-
-    return loop
-
-
-def _limit(step: Step) -> Step:
-    def loop(
-        p: P,
-        s: Array,
-        starts: Ints,
-        force_n: Array,
-        velocity_m_s: Array,
-        displacement_m: Array,
-        temperature_c: Array,
-        dt_s: float,
-        out: Array,
-    ) -> None:
-        for j in range(starts.size - 1):
-            own = s[j]
-            for k in range(starts[j], starts[j + 1]):
-                out[k] = step(p, own, force_n[k], velocity_m_s[k], displacement_m[k], temperature_c[k], dt_s)
 
     return loop
 
@@ -343,15 +323,15 @@ LOOPS: Mapping[Stage, LoopOf] = {
     Stage.TEMPERATURE: _temperature,
     Stage.MOTION: _motion,
     Stage.FACTOR: _factor,
-    Stage.YIELD: _yield,
+    Stage.YIELD: _bent,
     Stage.ADDITIVE: _additive,
-    Stage.LIMIT: _limit,
+    Stage.LIMIT: _bent,
     Stage.ROD: _additive,
     Stage.OUTPUT: _output,
 }
 
 
-def _of_yield(step: Step) -> Step:
+def _of_bent(step: Step) -> Step:
     def call(p: P, s: Array, u: Array, dt_s: float) -> float:
         force: float = step(p, s, u[0], u[1], u[2], u[3], dt_s)
         return force
@@ -367,18 +347,10 @@ def _of_additive(step: Step) -> Step:
     return call
 
 
-def _of_limit(step: Step) -> Step:
-    def call(p: P, s: Array, u: Array, dt_s: float) -> float:
-        force: float = step(p, s, u[0], u[1], u[2], u[3], dt_s)
-        return force
-
-    return call
-
-
 # A step as one that takes its signals, in its own order, as an array.
 CALLS: Mapping[Stage, LoopOf] = {
-    Stage.YIELD: _of_yield,
+    Stage.YIELD: _of_bent,
     Stage.ADDITIVE: _of_additive,
-    Stage.LIMIT: _of_limit,
+    Stage.LIMIT: _of_bent,
     Stage.ROD: _of_additive,
 }

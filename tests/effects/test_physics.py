@@ -292,10 +292,8 @@ def test_only_the_fluids_force_is_limited():
     """Friction, gas, a stop, a mass and an offset pull at the rod whatever the fluid does."""
     run = make_drive()
     limit = {"limit_n": 300.0, "knee_n": 1.0, "loss": 0.0, "closing_m": 2e-3}
-    (alone, at_limit) = (
-        trace(run, with_effects(make_damper(), cavitation=limit)),
-        pytest.approx(-300.0, abs=1.0),
-    )
+    alone = trace(run, with_effects(make_damper(), cavitation=limit))
+    at_limit = pytest.approx(-300.0, abs=1.0)
     assert alone.force_n.min() == at_limit
     for name in ("coulomb_friction", "force_offset", "gas_spring", "end_stop", "fluid_inertia"):
         own = {p.name: p.typical for p in effects()[name].parameters}

@@ -13,6 +13,7 @@ STARTS = np.array([0, 800, N])
 T = np.arange(N) * DT_S
 V = 0.2 * np.sin(14.0 * T) + 0.05 * np.sin(90.0 * T + 0.5)
 X = -0.2 / 14.0 * np.cos(14.0 * T)
+TEMPERATURE = 40.0 + 20.0 * T
 FORCE = 900.0 * np.tanh(V / 0.03) + 400.0 * V
 
 
@@ -58,9 +59,6 @@ def test_states_that_nothing_moves_or_hears_are_left_out():
     few, first = heard(by, np.zeros((1, 3, 2)))
     assert few.shape == (5, 2, 3)
     assert first.shape == (1, 1, 2)
-
-
-TEMPERATURE = 40.0 + 20.0 * T
 
 
 def _alike(got, want):

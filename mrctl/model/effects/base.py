@@ -188,6 +188,19 @@ FORCE_LAG = Parameter(
 )
 """Of a force that the chamber's compliance lets lag, as the one behind H does."""
 
+COMPRESSION_CHANGE = Parameter(
+    "compression_change",
+    "1",
+    0.0,
+    -0.9,
+    5.0,
+    0.0,
+    "relative change of the force in compression",
+    0.3,
+    optional=True,
+)
+"""Of a force that is another in compression: other orifices, another rubber."""
+
 
 class Ranges(NamedTuple):
     """The largest absolute values in a campaign, for effects whose start depends on the rig's reach."""

@@ -73,7 +73,8 @@ EFFECT = Effect(
     stage=Stage.LIMIT,
     summary="The compression force cannot exceed what the gas pressure holds up; beyond, vapour forms.",
     equation=(
-        "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, limit' = limit (1 - rise x) (1 + warming (T - 25)), "
+        "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, "
+        f"limit' = limit (1 - rise x) (1 + warming (T - {REFERENCE_C:g})), "
         "n = log(1/2) / log(1 - knee/limit); "
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), -v on the way back, "
         "where F is 1 - loss y/(y + closing) of itself"

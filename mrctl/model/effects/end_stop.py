@@ -6,7 +6,16 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.effects.base import (
+    COMPRESSION_CHANGE,
+    FORCE_LAG,
+    Effect,
+    Parameter,
+    Ranges,
+    Stage,
+    Undo,
+    Vector,
+)
 from mrctl.model.lag import lagged
 
 UNIT_M = 1e-3  # the stop's force is stated at this depth
@@ -92,17 +101,7 @@ EFFECT = Effect(
         Parameter("damping_n_s_m", "N*s/m", 0.0, 0.0, 5e4, 500.0, "damping in the stop", linear=True),
         Parameter("middle_m", "m", 0.0, -0.5, 0.5, 0.0, "displacement halfway between the stops", 1e-3),
         FORCE_LAG,
-        Parameter(
-            "compression_change",
-            "1",
-            0.0,
-            -0.9,
-            5.0,
-            0.0,
-            "relative change of the force of the stop in compression",
-            0.3,
-            optional=True,
-        ),
+        COMPRESSION_CHANGE,
     ),
     step=step,
     start=start,

@@ -5,7 +5,16 @@ from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.effects.base import (
+    COMPRESSION_CHANGE,
+    FORCE_LAG,
+    Effect,
+    Parameter,
+    Ranges,
+    Stage,
+    Undo,
+    Vector,
+)
 from mrctl.model.lag import lagged
 
 
@@ -64,17 +73,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("coefficient_n_s2_m2", "N*s^2/m^2", 0.0, 0.0, 1e5, 400.0, "force at 1 m/s", linear=True),
         FORCE_LAG,
-        Parameter(
-            "compression_change",
-            "1",
-            0.0,
-            -0.9,
-            5.0,
-            0.0,
-            "relative change of the force in compression",
-            0.3,
-            optional=True,
-        ),
+        COMPRESSION_CHANGE,
     ),
     step=step,
     start=start,
