@@ -17,13 +17,12 @@ from mrctl.identify.effects_fit import Dampers, Effects
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.motion_slopes import SLOPE_STEP, Motion
 from mrctl.model.effects.base import Settings, Stage
-from mrctl.simulate import Run, Trace, stages
+from mrctl.simulate import Run, Trace
+from mrctl.simulate.output_slopes import output_slopes
 from mrctl.simulate.step_slopes import limit_slopes, yield_slopes
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-PUSH = 1e-4  # of the static force's size, when a slope is pushed through a stage by a difference
 
 
 def linearise(
@@ -135,22 +134,7 @@ def _behind_the_sum(
         rows = rows + rod
     if not output:
         return rows
-    return _pushed(rows, mean(here.whole_n), lambda f: stages.measured(output, f, dt_s, starts))
-
-
-def _pushed(rows: Array, at: Array, stage: Callable[[Array], Array]) -> Array:
-    """Each slope sent through a stage: what the stage gives beside the point, less what it gives there."""
-    here = stage(at)
-    size = float(np.sqrt(np.mean(at * at))) or 1.0
-    out = np.empty_like(rows)
-    for k, row in enumerate(rows):
-        steepness = float(np.abs(row).max())
-        if steepness == 0.0:
-            out[k] = 0.0
-            continue
-        small = PUSH * size / steepness
-        out[k] = (stage(at + small * row) - here) / small
-    return out
+    return output_slopes(output, mean(here.whole_n), dt_s, starts, rows)
 
 
 def _own_slopes(

@@ -258,6 +258,7 @@ class Effect:
     gives_way: GivesWay | None = None  # of a motion effect; without it a fit takes differences
     # What its parameters become where f grows by a factor and g shrinks by it: for one that is told f h.
     rescaled: Callable[[Vector, float], Vector] | None = None
+    linear: bool = False  # an output effect that is a fixed linear filter of the force: fits are faster then
     rank: int = 0  # order within the stage; equal ranks go by name
     usual: Effect | None = field(default=None, compare=False, repr=False)  # it in a damper of a usual size
     # Conditions over which nature's form may be another, and the effect still this one (CONDITIONS).
@@ -329,6 +330,8 @@ def faults(effect: Effect) -> list[str]:
     for parameter in effect.parameters:
         found += _parameter_faults(parameter)
     found += [f"needs {signal}: not one of {sorted(SIGNALS)}" for signal in sorted(effect.needs - SIGNALS)]
+    if effect.linear and effect.stage is not Stage.OUTPUT:
+        found.append(f"linear is of output effects only, not of a {effect.stage} effect")
     unknown = sorted(effect.shape_over - CONDITIONS)
     found += [f"shape_over {condition}: not one of {sorted(CONDITIONS)}" for condition in unknown]
     expected = ARGUMENTS[effect.stage]

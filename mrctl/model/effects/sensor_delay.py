@@ -55,4 +55,5 @@ EFFECT = Effect(
     start=start,
     states=("place in the ring", "the last forces, N"),
     plausible=_plausible,
+    linear=True,
 )
