@@ -21,6 +21,7 @@ from mrctl.discover.proof import Proof
 from mrctl.discover.renewed import renewed
 from mrctl.discover.reveal import hidden_effects, taken_up
 from mrctl.discover.rivals import simplest
+from mrctl.discover.scales import evened, scales_instead
 from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.stands import confirmed, constant, retimed
 from mrctl.discover.structure import Structure, structure_of
@@ -35,7 +36,6 @@ Report = Callable[[float, str], None]
 
 MOST_EFFECTS = 4
 BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
-EVENED = 4  # times that the runs' scales are taken: the first time the tables have made up for some
 MUCH_MORE = 4.0  # of what the last effect took, that one found later may take
 SLIGHT = 0.1  # of the mean square that a base leaves: effects that take less and are not borne out are none
 AS_WELL = 1.05  # in what is left, of a diagnosis with more effects
@@ -98,11 +98,7 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     """The diagnosis of runs whose channels are mended, but for what hangs on the base's fit to them."""
     evidence = evidence.timed(evidence.stepless(base.fit))
     base = evidence.base(known, base.fit.effect_values, base.fit)
-    for _ in range(EVENED):
-        even = evidence.evened(base.fit)
-        if even is evidence:
-            break
-        evidence, base = even, even.base(known, base.fit.effect_values, base.fit)
+    evidence, base = evened(evidence, base, known)
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
     report(0.3, "candidates")
@@ -126,7 +122,10 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
         without_them = judged_by(evidence, base, *without_changes, judged.removable)
         judged = without_them if without_them.verdict in NAMING else judged.unexplained()
     judged = _less_what_is_slight(evidence, base, judged)
-    if judged.verdict == "unexplained":
+    rig = scales_instead(searched, base, known, judged)
+    if rig is not None:
+        evidence, base, judged = rig
+    elif judged.verdict == "unexplained":
         evidence = evidence.as_measured()
     final, left, balance, named = judged.final, judged.left, judged.balance, judged.found
     verdict, named_effects, removable = judged.verdict, judged.effects, judged.removable

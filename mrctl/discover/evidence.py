@@ -31,6 +31,7 @@ from mrctl.errors import InputError
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.parallel import in_parallel
 from mrctl.identify.records import Record, records_of
+from mrctl.identify.run_scatter import FEWEST_RUNS
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage
 from mrctl.model.effects.registry import effects
@@ -119,18 +120,23 @@ class Evidence:
                 zeros = np.zeros(zeros.size)
         return self._with_cell(replace(self.cell, zeros_n=zeros))
 
+    def scaled(self, fit: JointFit, fewest: int = FEWEST_RUNS) -> Evidence:
+        """The same, without each run's own scale of the force as a fit sees it; itself if it has none.
+
+        fewest: runs, to have scales at all.
+        """
+        forces = fit.model.on(self.full).predict(fit.theta)
+        errors = self._steady(fit, forces)
+        gains = run_gains(errors, self.at_samples_of(errors, forces), self.full, fewest)
+        return self._with_cell(self.cell.with_gains(gains)) if gains.any() else self
+
     def evened(self, fit: JointFit) -> Evidence:
         """The same, without each run's own scale of the force, if with that a fit leaves nothing but noise.
 
         Else itself: what a wrong model leaves is in proportion to the force as well, and more besides.
         """
-        forces = fit.model.on(self.full).predict(fit.theta)
-        errors = self._steady(fit, forces)
-        gains = run_gains(errors, self.at_samples_of(errors, forces), self.full)
-        if not gains.any():
-            return self
-        even = self._with_cell(self.cell.with_gains(gains))
-        return even if even.budget(fit).excess <= 0.0 else self
+        even = self.scaled(fit)
+        return even if even is self or even.budget(fit).excess <= 0.0 else self
 
     def as_measured(self) -> Evidence:
         """The same with the forces as they were: what a wrong model misses in the mean is no zero."""

@@ -22,15 +22,21 @@ LARGEST = 0.03  # no rig scatters further
 CERTAIN = 2.0  # standard errors
 
 
-def run_gains(errors: Sequence[Array], modelled: Sequence[Array], records: Sequence[Record]) -> Array:
+def run_gains(
+    errors: Sequence[Array],
+    modelled: Sequence[Array],
+    records: Sequence[Record],
+    fewest: int = FEWEST_RUNS,
+) -> Array:
     """How much larger each run's force is measured than modelled, as a share (runs); zeros if all are alike.
 
-    errors, modelled: what a model leaves of each run's force, and the model's (n each, N). There is none
-    either where the shares go with the runs' conditions, alone, squared or two together: then it is physics.
+    errors, modelled: what a model leaves of each run's force, and the model's (n each, N); fewest: runs, to
+    have any. There is none either where the shares go with the runs' conditions, alone, squared or two
+    together: then it is physics.
     Each share is drawn towards none by how little its run tells.
     """
     none = np.zeros(len(errors))
-    if len(errors) < FEWEST_RUNS:
+    if len(errors) < fewest:
         return none
     apart, doubts, chance = scales_apart(errors, modelled)
     if chance > CHANCE or float(np.max(np.abs(apart))) < LEAST:

@@ -72,23 +72,23 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
-    if taken < PUSHED_SHARE * every and _of_no_size(best):
+    before, after = evidence.budget(here.fit), evidence.budget(best.fit)
+    foretold = _foretold(here, best.proof, after.noise)
+    if taken < PUSHED_SHARE * every and _of_no_size(best, foretold=foretold):
         return False
-    before = evidence.budget(here.fit)
     certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here)
     changes = changes_of(best.fit, [best.effect])
     if not certain and any(change.certain for change in changes):
         return False
     if taken > LATER_SHARE * every:
         return True
-    after = evidence.budget(best.fit)
     left = before.total - after.noise
     # Not what it takes right after steps of the current, where a budget does not look.
     aside = min(taken, before.total - after.total)
     most = aside > LATER_LEFT * left
     cleared = after.excess <= 0.0 and after.judged <= before.most_noise
     small = LATER_CLEARING if certain and cleared else FORETOLD_LEAST
-    if most and taken > small * every and _foretold(here, best.proof, after.noise):
+    if most and taken > small * every and foretold:
         return True
     found = {e.name for e in here.fit.model.effects.chosen} - {e.name for e in base.fit.model.effects.chosen}
     beside = elsewhere(here, best.proof, found)
@@ -111,11 +111,17 @@ def _foretold(before: Proof, after: Proof, noise_n2: float) -> bool:
     return max(now - noise_n2, 0.0) * FORETOLD < was - noise_n2 and now * FORETOLD_AT_ALL < was
 
 
-def _of_no_size(trial: Trial) -> bool:
-    """Whether an effect's size is no finding: the largest that physics allows, or not told from none."""
+def _of_no_size(trial: Trial, *, foretold: bool) -> bool:
+    """Whether an effect's size is no finding: the largest that physics allows, or not told from none.
+
+    foretold: data left out are foretold far better with it, so that it is there, whatever the runs that it
+    shows in leave open of its form: a stop that few of them touch.
+    """
     effect, fit = trial.effect, trial.fit
     if is_pushed(effect, fit.effect_values[effect.name]):
         return True
+    if foretold:
+        return False
     spread = fit.effect_std()
     return is_unsure(effect, fit, spread) and not _told_together(effect, fit, spread[effect.name])
 

@@ -173,6 +173,16 @@ def test_runs_with_scales_of_their_own_miss_nothing_and_it_is_said():
     assert diagnosis_figures(diagnosis)["channels"]["gains"]
 
 
+def test_fewer_runs_may_differ_in_scale_where_no_effect_explains_it():
+    assert run_gains(*scaled(GAINS[:5]), driven(5), 3) == pytest.approx(
+        GAINS[:5] - GAINS[:5].mean(), abs=5e-4
+    )
+    campaign = _scattered(steady_runs(shipped()), 2.0 * GAINS)
+    diagnosis = diagnose(replace(campaign, runs=campaign.runs[:5]))
+    assert diagnosis.verdict == "none"
+    assert "scale differs from run to run" in verdict_words(diagnosis)
+
+
 def test_what_a_wrong_model_leaves_is_no_scale():
     spring = with_effect(shipped(), "gas_spring", preload_n=0.0, stiffness_n_m=4000.0, progression_per_m=0.0)
     evidence = Evidence.of(_scattered(steady_runs(spring), GAINS))

@@ -108,6 +108,11 @@ def test_a_small_one_of_a_size_that_may_as_well_be_none_is_a_patch(monkeypatch):
     assert _asked(monkeypatch, _changes(0.02), 4000.0, 26.0, std=3e-7)
 
 
+def test_a_size_that_the_runs_leave_open_is_one_where_data_left_out_are_foretold_far_better(monkeypatch):
+    assert _asked(monkeypatch, _changes(0.2), 200.0, 60.0, std=3e-7, held_out=(900.0, 80.0))
+    assert not _asked(monkeypatch, _changes(0.2), 200.0, 60.0, std=3e-7, held_out=(240.0, 80.0))
+
+
 def test_only_upper_ends_that_mean_something_are_ends():
     heats, stops = effect("self_heating"), effect("cavitation")
     assert not is_pushed(heats, (0.03, 2e4, 2.0, 4.0))  # no cooling that could be seen
