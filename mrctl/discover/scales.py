@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.proof import Proof, log_gain
 from mrctl.discover.verdict import NAMING, Judged, judged_by
+from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.run_scatter import FEWEST_RUNS
 from mrctl.model.effects.base import Effect
 
@@ -18,12 +20,7 @@ FEWEST_ALONE = 3  # runs whose scales may be all that is missing, once effects a
 
 def evened(evidence: Evidence, base: Proof, known: Sequence[Effect]) -> tuple[Evidence, Proof]:
     """The evidence without its runs' own scales, and its base, while with them nothing but noise is left."""
-    for _ in range(MOST_TIMES):
-        even = evidence.evened(base.fit)
-        if even is evidence:
-            break
-        evidence, base = even, even.base(known, base.fit.effect_values, base.fit)
-    return evidence, base
+    return _to_their_end(Evidence.evened, evidence, base, known)
 
 
 def scales_instead(
@@ -38,12 +35,8 @@ def scales_instead(
     named = judged.verdict in NAMING
     if judged.verdict != "unexplained" and not (named and len(evidence.full) < FEWEST_RUNS):
         return None
-    there, scaled = evidence, base
-    for _ in range(MOST_TIMES):
-        even = there.scaled(scaled.fit, FEWEST_ALONE)
-        if even is there:
-            break
-        there, scaled = even, even.base(known, scaled.fit.effect_values, scaled.fit)
+    taken = partial(Evidence.scaled, fewest=FEWEST_ALONE)
+    there, scaled = _to_their_end(taken, evidence, base, known)
     if there is evidence:
         return None
     if named:
@@ -52,3 +45,15 @@ def scales_instead(
             return None
     alone = judged_by(there, scaled, scaled, [])
     return (there, scaled, alone) if alone.verdict == "none" else None
+
+
+def _to_their_end(
+    taken: Callable[[Evidence, JointFit], Evidence], evidence: Evidence, base: Proof, known: Sequence[Effect]
+) -> tuple[Evidence, Proof]:
+    """The evidence with the runs' scales taken off by the base, that fitted anew, until none is left."""
+    for _ in range(MOST_TIMES):
+        even = taken(evidence, base.fit)
+        if even is evidence:
+            break
+        evidence, base = even, even.base(known, base.fit.effect_values, base.fit)
+    return evidence, base

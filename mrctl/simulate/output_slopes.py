@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.signal import oaconvolve
 
 from mrctl.model.effects.base import Effect, Vector
 from mrctl.simulate.run import Array, Ints
@@ -33,15 +32,16 @@ def _filtered(effect: Effect, p: Vector, dt_s: float, starts: Ints, rows: Array)
     impulse = np.zeros(1 + int(np.diff(starts).max()))
     impulse[1] = 1.0  # not the first, which would have lasted
     answer = measured(chosen, impulse, dt_s)[1:]
-    heard = np.flatnonzero(np.abs(answer) > FADED * np.abs(answer).max())
-    answer = answer[: heard[-1] + 1 if heard.size else 1]
-    later = measured(chosen, np.ones(1), dt_s)[0] - answer.sum()  # of what is from before any stretch
+    taps = np.flatnonzero(np.abs(answer) > FADED * np.abs(answer).max())
+    later = measured(chosen, np.ones(1), dt_s)[0] - answer[taps].sum()  # from before any stretch
     out = np.empty_like(rows)
     for begin, end in pairwise(starts.tolist()):
-        first = rows[:, begin : begin + 1]
-        past = np.repeat(first, answer.size - 1, axis=1)
-        whole = np.concatenate([past, rows[:, begin:end]], axis=1)
-        out[:, begin:end] = oaconvolve(whole, answer[None, :], mode="valid", axes=1) + later * first
+        part, first = out[:, begin:end], rows[:, begin : begin + 1]
+        part[:] = later * first
+        for tap in taps.tolist():
+            late = min(tap, end - begin)
+            part[:, :late] += answer[tap] * first
+            part[:, late:] += answer[tap] * rows[:, begin : end - late]
     return out
 
 
