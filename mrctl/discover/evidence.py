@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.base_fit import base_fit, fitted_to, stepless
 from mrctl.discover.budget import Budget, budget_of
-from mrctl.discover.current_clock import current_late_s, earlier
+from mrctl.discover.current_clock import LEAST_S, MOST_S, current_late_s, earlier
 from mrctl.discover.field_past import fields_past
 from mrctl.discover.folds import folds_of
 from mrctl.discover.grow import Folds
@@ -44,6 +44,7 @@ MOVED_M = 1e-5
 WHOLE = 0.95  # of the seconds measured, for a search to have seen them all
 PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
 PLACINGS = 6  # as PASTS, of the strokes' zeros: a stop's place and theirs go together
+LATE_AROUND = 3  # samples more and less, that a current is tried to be late by
 CLOSE_TO_NOISE = 2.0  # in mean square, for what a fit misses in the mean to be a load cell's zeros
 
 
@@ -153,11 +154,20 @@ class Evidence:
         return replace(self, measured=anew(self.measured), full=anew(self.full), records=anew(self.records))
 
     def synchronised(self, fit: JointFit) -> Evidence:
-        """The same, the current as early as a base's fit shows that it acts; itself where it is not late."""
+        """The same, the current as early as a base's fit shows that it acts; itself where it is not late.
+
+        By how much, a fit of each of some tells: beside a step what is late is not in proportion to it.
+        """
         late = current_late_s(fit)
         if late == 0.0:
             return self
-        return replace(self._with([earlier(r, late) for r in self.measured]), current_late_s=late)
+        sample_s = max(r.finer / r.rate_hz for r in self.measured)
+        tried = [late + k * sample_s for k in range(-LATE_AROUND, LATE_AROUND + 1)]
+        early = [self._earlier(by) for by in tried if LEAST_S <= by <= MOST_S]
+        return min(early, key=lambda one: fitted_to(one.records, fit).total)
+
+    def _earlier(self, by_s: float) -> Evidence:
+        return replace(self._with([earlier(r, by_s) for r in self.measured]), current_late_s=by_s)
 
     def stepless(self, fit: JointFit) -> JointFit:
         """A fit's base as the data show it that do not hang on when between two samples a current stepped.

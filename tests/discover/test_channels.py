@@ -199,13 +199,16 @@ def test_a_load_cell_is_put_back():
         assert after.force_n == pytest.approx(before.force_n)
 
 
-def changing(late: int) -> Campaign:
-    """Runs whose current changes smoothly, written that many samples late (or early)."""
+def changing(late: int, *, in_steps: bool = False) -> Campaign:
+    """Runs whose current changes smoothly, or in steps, written that many samples late (or early)."""
     bench = Bench(random_damper(7), np.random.default_rng(7), 5.0)
     runs = []
     for k in range(4):
         t, v = bench.road(RATE_HZ, 6.0)
-        run = bench.run(f"{k}", t, v, 1.5 + 1.4 * np.sin(2 * np.pi * (1.1 + 0.6 * k) * t + k), 30.0)
+        current = 1.5 + 1.4 * np.sin(2 * np.pi * (1.1 + 0.6 * k) * t + k)
+        if in_steps:
+            current = np.random.default_rng(k).uniform(0.0, 3.0, 16)[(t // 0.4).astype(int)]
+        run = bench.run(f"{k}", t, v, current, 30.0)
         runs.append(replace(run, current_a=np.roll(run.current_a, late)))
     return Campaign(Path("late"), tuple(_inner(run, 20) for run in runs), "0" * 64)
 
@@ -224,6 +227,13 @@ def test_a_current_written_late_is_noticed_and_one_that_acts_late_is_left_to_phy
     base = evidence.base()
     assert current_late_s(base.fit) == pytest.approx(found, abs=0.35e-3)
     assert (evidence.synchronised(base.fit) is evidence) == (found == 0.0)
+
+
+@pytest.mark.parametrize("late", [2, 4])
+def test_how_late_steps_were_written_is_told_to_the_sample(late):
+    evidence = Evidence.of(changing(late, in_steps=True))
+    early = evidence.synchronised(evidence.base().fit)
+    assert round(early.current_late_s * RATE_HZ) == late
 
 
 def test_a_step_of_the_current_stays_one():
