@@ -229,11 +229,12 @@ def test_a_current_written_late_is_noticed_and_one_that_acts_late_is_left_to_phy
     assert (evidence.synchronised(base.fit) is evidence) == (found == 0.0)
 
 
-@pytest.mark.parametrize("late", [2, 4])
-def test_how_late_steps_were_written_is_told_to_the_sample(late):
-    evidence = Evidence.of(changing(late, in_steps=True))
+@pytest.mark.parametrize("looks_s", [4.9e-3, 3.9e-3, 2.1e-3])
+def test_how_late_steps_were_written_a_fit_tells_to_the_sample(monkeypatch, looks_s):
+    monkeypatch.setattr("mrctl.discover.evidence.current_late_s", lambda _: looks_s)
+    evidence = Evidence.of(changing(4, in_steps=True))
     early = evidence.synchronised(evidence.base().fit)
-    assert round(early.current_late_s * RATE_HZ) == late
+    assert round(early.current_late_s * RATE_HZ) == 4
 
 
 def test_a_step_of_the_current_stays_one():
