@@ -37,7 +37,8 @@ def grown(before: Tangent, look: Look) -> JointFit:
     """A fit with one more effect, base and effects moving together, weights as they are.
 
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
-    of the effect, or hardly any; with the base fitted anew beside the effect as it looked; or at the first of
+    of the effect, or hardly any, and where all of these cost more than none, with hardly any of a typical
+    one; with the base fitted anew beside the effect as it looked; or at the first of
     these with a plain lag for the filter, some effects from all their starting points, a warmth also with h
     fitted anew.
     """
@@ -64,6 +65,10 @@ def grown(before: Tangent, look: Look) -> JointFit:
     )
     start = min(starts, key=model.cost)
     again, settled = [start], []
+    if model.cost(start) > fit.total:
+        # The look was farther than the base's slopes reach, and what it promised is not there.
+        typical = alone.pack({effect.name: effect.typical})
+        again.append(np.concatenate([fit.theta, 0.98 * neutral + 0.02 * typical]))
     stages = {e.stage for e in model.effects.chosen}
     if not stages >= DEAR_TOGETHER:
         beside = np.concatenate([fit.moving, np.zeros(own.size, dtype=bool)])

@@ -112,3 +112,13 @@ def test_an_effect_that_is_stuck_is_begun_anew(sprung):
     assert anew.mean_square == pytest.approx(with_spring.mean_square, rel=0.05)
     again = renewed(anew, [effect("gas_spring")], evidence.folds)
     assert again.mean_square == pytest.approx(anew.mean_square, rel=0.01)
+
+
+def test_a_look_at_the_bounds_keeps_no_effect_from_its_place():
+    """A base's slopes reach no force without compression: what settles so costs far more than no effect."""
+    changed = {"compression_change": -0.2, "compression_change_per_a": 0.1, "bend_per_a": 0.0}
+    campaign = rich({"rebound_asymmetry": changed})
+    evidence = Evidence.of(replace(campaign, runs=campaign.runs[:8]))
+    base = evidence.base()
+    fit = grown_by(base.fit, effect("rebound_asymmetry"), (0.0, -50.0, 0.0, -500.0))
+    assert fit.total < 0.5 * base.fit.total
