@@ -83,8 +83,12 @@ def balance_of(
     Where it is as loud whatever the damper does, it is noise, however long that remembers itself.
     """
     budget = evidence.budget(final.fit)
-    unknown = not left.significant and not any(c.certain for c in courses)
-    structured = left.explained_n2 if left.significant and left.share > LEFT_OF_NOISE else 0.0
+    # What the motion's noise makes goes with the motion as measured: no signal tells it from physics.
+    drowned = budget.brought >= budget.judged
+    told = left.significant and not drowned
+    certain = [c for c in courses if c.certain and not drowned]
+    unknown = not told and not certain
+    structured = left.explained_n2 if told and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
     errors = evidence.steady_errors(final.fit)
     speeds = evidence.at_samples_of(errors, [r.velocity_m_s for r in evidence.full])
@@ -93,7 +97,7 @@ def balance_of(
     if line is not None and steady_noise(line, errors, rates, [r.force_n for r in evidence.full], speeds):
         hums, line = [*hums, line], None
     shaken = 0.0 if line is None else line.mean_square_n2
-    strange = max((c.share for c in courses if c.certain and c.share > STRANGE), default=0.0)
+    strange = max((c.share for c in certain if c.share > STRANGE), default=0.0)
     over = budget.unseen if bare and unknown else budget.excess
     if unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors), rates):
         over = 0.0

@@ -17,7 +17,7 @@ from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.figures import diagnosis_figures
 from mrctl.discover.proof import Proof
-from mrctl.discover.structure import structure_of
+from mrctl.discover.structure import Structure, structure_of
 from mrctl.discover.verdict import STRANGE, bursts_n2, stranger
 from mrctl.measurements.run import Campaign
 
@@ -193,3 +193,14 @@ def test_bursts_of_the_motion_s_own_noise_are_not_the_load_cell_s(monkeypatch, b
     monkeypatch.setattr(verdict, "bursts_n2", lambda *_: 150.0)
     left = structure_of(base.fit, evidence.folds)
     assert bool(verdict.balance_of(evidence, base, left, []).bursts) is counts
+
+
+@pytest.mark.parametrize(("share", "counts"), [(0.5, True), (1.0, False)])
+def test_what_the_motion_s_noise_may_make_alone_is_no_structure(monkeypatch, share, counts):
+    """share: of what is left, that the motion's noise makes, which goes with the motion as measured."""
+    evidence, base = base_of()
+    budget = evidence.budget(base.fit)
+    noisy = replace(budget, brought=share * budget.judged, most_noise=budget.judged, certain=0.0)
+    monkeypatch.setattr(Evidence, "budget", lambda *_: noisy)
+    left = Structure(budget.judged, 0.3 * budget.judged, 0.01 * budget.judged, ())
+    assert (verdict.balance_of(evidence, base, left, []).left > 0.0) is counts
