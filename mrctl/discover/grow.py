@@ -29,6 +29,7 @@ _WINDING = (Stage.MOTION, Stage.TEMPERATURE)  # whose first look says little abo
 WORTH_MOVING = 0.5  # of the cost, a negative log-likelihood: less is the same fit
 WORTH_FREEING = 10.0  # as WORTH_MOVING, for a parameter that the base had taken up
 ITERATIONS = 20
+HARDLY_ANY = 0.02  # of an effect, to begin with
 WARMER = (1.0, 2.5)  # times the fluid's rise that was found
 QUIETER = 0.5  # of the mean square that a model was weighed by
 
@@ -38,20 +39,23 @@ def grown(before: Tangent, look: Look) -> JointFit:
 
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
     of the effect, or hardly any, and where all of these cost more than none, with hardly any of a typical
-    one; with the base fitted anew beside the effect as it looked; or at the first of
-    these with a plain lag for the filter, some effects from all their starting points, a warmth also with h
-    fitted anew.
+    one; with the base fitted anew beside the effect as it looked; or at the first of these with a plain lag
+    for the filter, some effects from all their starting points, a warmth also with h fitted anew.
     """
     fit = before.fit
     effect = look.effect
     alone = Effects((effect,))
     model = fit.model.with_effects(Effects((*fit.model.effects.chosen, effect)))
     own, neutral = alone.pack({effect.name: look.values}), alone.pack({effect.name: effect.neutral})
+
+    def with_some(share: float, whole: Array) -> Array:
+        return np.concatenate([fit.theta, (1.0 - share) * neutral + share * whole])
+
     starts = [
         np.concatenate([look.settled, own]),
         np.concatenate([fit.theta, own]),
-        np.concatenate([fit.theta, 0.7 * neutral + 0.3 * own]),
-        np.concatenate([fit.theta, 0.98 * neutral + 0.02 * own]),
+        with_some(0.3, own),
+        with_some(HARDLY_ANY, own),
     ]
     few = before.few(effect).with_effects(model.effects)
     heat, fitted = (
@@ -63,12 +67,11 @@ def grown(before: Tangent, look: Look) -> JointFit:
         )
         for on in (few, model)
     )
-    start = min(starts, key=model.cost)
+    least, start = min(((model.cost(one), one) for one in starts), key=lambda pair: pair[0])
     again, settled = [start], []
-    if model.cost(start) > fit.total:
+    if least > fit.total:
         # The look was farther than the base's slopes reach, and what it promised is not there.
-        typical = alone.pack({effect.name: effect.typical})
-        again.append(np.concatenate([fit.theta, 0.98 * neutral + 0.02 * typical]))
+        again.append(with_some(HARDLY_ANY, alone.pack({effect.name: effect.typical})))
     stages = {e.stage for e in model.effects.chosen}
     if not stages >= DEAR_TOGETHER:
         beside = np.concatenate([fit.moving, np.zeros(own.size, dtype=bool)])

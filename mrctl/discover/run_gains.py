@@ -32,8 +32,7 @@ def run_gains(
 
     errors, modelled: what a model leaves of each run's force, and the model's (n each, N); fewest: runs, to
     have any. There is none either where the shares go with the runs' conditions, alone, squared or two
-    together: then it is physics.
-    Each share is drawn towards none by how little its run tells.
+    together: then it is physics. Each share is drawn towards none by how little its run tells.
     """
     none = np.zeros(len(errors))
     if len(errors) < fewest:
