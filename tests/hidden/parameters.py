@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from statistics import NormalDist
 
 import numpy as np
 
@@ -222,6 +223,9 @@ def _print(rows, C, words):
     pooled = [one for own in by.values() for one in own]
     _line("all", pooled)
     _line("all, but for those that are truly zero", [one for one in pooled if one[0]])
+    print(
+        f"  {'of these, what noise alone leaves by their intervals':<52}{100 * noise_alone(pooled):>15.2f} %"
+    )
     if left:
         print("  not comparable:")
     for (what, why), keys in sorted(left.items()):
@@ -246,6 +250,15 @@ def _print(rows, C, words):
             f"    {where}: true {true:.5g}, stated {value:.5g} ({low:.5g} to {high:.5g}), "
             f"{off:.1f} half widths off; {form}"
         )
+
+
+def noise_alone(own):
+    """The median error of (true, value, interval) whose values scatter just as their 95 % intervals say."""
+    normal = NormalDist()
+    half = normal.inv_cdf(0.975)
+    draws = [abs(normal.inv_cdf((k + 0.5) / 200)) for k in range(200)]
+    spreads = [(high - low) / (2 * half * abs(true)) for true, _, (low, high) in own if true]
+    return float(np.median(np.outer(spreads, draws))) if spreads else math.nan
 
 
 def _covers(interval, true):

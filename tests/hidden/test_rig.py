@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from statistics import NormalDist
 from types import SimpleNamespace
 
 import numpy as np
@@ -120,3 +121,11 @@ def test_the_true_set_alone_is_the_right_answer():
     assert not follow.right(one, {"verdict": "found", "effects": ["gas_spring", "end_stop"]})
     assert not follow.right(one, {"verdict": "ambiguous", "effects": ["gas_spring"]})
     assert follow.right({"family": "B", "effects": [], "odd": None}, {"verdict": "none", "effects": []})
+
+
+def test_what_noise_alone_leaves_is_the_median_of_the_intervals_own_scatter():
+    spread, half = 0.02, NormalDist().inv_cdf(0.975)
+    own = [(5.0, 5.0, (5.0 * (1.0 - half * spread), 5.0 * (1.0 + half * spread)))] * 3
+    own.append((0.0, 0.1, (0.0, 1.0)))  # what is truly 0 has no share
+    assert parameters.noise_alone(own) == pytest.approx(spread * NormalDist().inv_cdf(0.75), rel=1e-2)
+    assert np.isnan(parameters.noise_alone(own[-1:]))
