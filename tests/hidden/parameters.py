@@ -223,9 +223,8 @@ def _print(rows, C, words):
     pooled = [one for own in by.values() for one in own]
     _line("all", pooled)
     _line("all, but for those that are truly zero", [one for one in pooled if one[0]])
-    print(
-        f"  {'of these, what noise alone leaves by their intervals':<52}{100 * noise_alone(pooled):>15.2f} %"
-    )
+    alone = 100 * noise_alone(pooled)
+    print(f"  {'of these, what noise alone leaves by their intervals':<52}{alone:>15.2f} %")
     if left:
         print("  not comparable:")
     for (what, why), keys in sorted(left.items()):
