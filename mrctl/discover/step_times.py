@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.dense_steps import MOST_AT_ONCE, at_once, dense_steps, shares_of
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.noise import correlation_inflation
 from mrctl.identify.records import Record
@@ -37,7 +38,14 @@ def timed(records: Sequence[Record], fit: JointFit) -> list[Record]:
     """
     low = min(float(r.current_a.min()) for r in records)
     least = LEAST_STEP * (max(float(r.current_a.max()) for r in records) - low)
-    places = [lone_steps(r, least) if least > 0.0 else np.zeros(0, dtype=np.intp) for r in records]
+    if least <= 0.0:
+        return list(records)
+    return _timed_together(_timed_alone(records, fit, least), fit, least)
+
+
+def _timed_alone(records: Sequence[Record], fit: JointFit, least_a: float) -> list[Record]:
+    """With the times of those steps after which the current rests for longer than the force answers."""
+    places = [lone_steps(r, least_a) for r in records]
     if not any(p.size for p in places):
         return list(records)
     tried = []
@@ -49,6 +57,30 @@ def timed(records: Sequence[Record], fit: JointFit) -> list[Record]:
         for r, at, own in zip(records, places, zip(*tried, strict=True), strict=True)
     ]
     return _placed(records, places, shares)
+
+
+def _timed_together(records: Sequence[Record], fit: JointFit, least_a: float) -> list[Record]:
+    """With the times of the steps that come while the force still answers to the last one."""
+    spans = [_span(r) for r in records]
+    places = []
+    for r, span in zip(records, spans, strict=True):
+        jumps = np.abs(np.diff(r.current_a[:: r.finer]))
+        at = np.setdiff1d(dense_steps(jumps, least_a), lone_steps(r, least_a))
+        places.append(at if at_once(at, span) <= MOST_AT_ONCE else at[:0])
+    if not any(p.size for p in places):
+        return list(records)
+
+    def errors(shares: Sequence[Array]) -> list[Array]:
+        here = _placed(records, places, shares)
+        found = fit.model.on(here).errors(fit.theta)
+        return [e[:: r.finer] for e, r in zip(found, here, strict=True)]
+
+    return _placed(records, places, shares_of(places, spans, errors))
+
+
+def _span(record: Record) -> int:
+    """The measured samples in which the force answers to a step."""
+    return max(1, round(ALONE_S * record.rate_hz / record.finer))
 
 
 def trusted(records: Sequence[Record], factors: Sequence[int]) -> list[Array]:
@@ -94,7 +126,7 @@ def lone_steps(record: Record, least_a: float) -> Ints:
     """The last measured samples before steps of at least this size with no other change near."""
     jumps = np.abs(np.diff(record.current_a[:: record.finer]))
     at = np.flatnonzero(jumps >= least_a)
-    span = max(1, round(ALONE_S * record.rate_hz / record.finer))
+    span = _span(record)
     kept = []
     for k in at:
         beside = np.concatenate([jumps[max(0, k - span) : k], jumps[k + 1 : k + 1 + span]])
@@ -109,8 +141,7 @@ def _shares(record: Record, at: Ints, errors: Array) -> Array:
     errors (tried shares, n): what a model misses with all steps at a share. The force does not answer to the
     time of a step in a straight line: so the least error is looked up, not stepped to.
     """
-    rate = record.rate_hz / record.finer
-    span = max(1, round(ALONE_S * rate))
+    span = _span(record)
     out, between = np.zeros(at.size), TRIED[1] - TRIED[0]
     for n, k in enumerate(at):
         near = errors[:, max(0, k - 1) : k + span]

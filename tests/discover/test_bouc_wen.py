@@ -38,7 +38,7 @@ def _campaign() -> Campaign:
     random, runs = np.random.default_rng(5), []
     for hz, amplitude_m in ((0.7, 0.03), (3.0, 0.015)):
         for current_a, case_c in ((0.0, 25.0), (0.6, 45.0), (1.8, 30.0)):
-            t = np.arange(int(3.0 * RATE_HZ)) / RATE_HZ
+            t = np.arange(int(2.0 * RATE_HZ)) / RATE_HZ
             swell = 0.6 + 0.4 * np.sin(2.0 * np.pi * 0.3 * t + hz)
             x = amplitude_m * swell * np.sin(2.0 * np.pi * hz * t)
             v = np.gradient(x, 1.0 / RATE_HZ)
