@@ -19,7 +19,7 @@ from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.structure import Structure, structure_of
 from mrctl.discover.worth import AT_END, LEAST_OF_FORCE, force_n2, is_unsure
 from mrctl.identify.noise import SCALE
-from mrctl.model.effects.base import Effect
+from mrctl.model.effects.base import FORCE_LAG, Effect
 
 Array = NDArray[np.float64]
 
@@ -240,7 +240,7 @@ def _verdict(
     explained = (base.mean_square - final.mean_square) / removable if removable > 0.0 else 0.0
     if not cleared and (explained < EXPLAINED or (explained < NEARLY_ALL and _doubted(named, final))):
         return "unexplained", ()
-    if _foreseen(base, final) < FORESEEN:
+    if _foreseen(base, final) < FORESEEN or any(_relaxes(f.trial.effect, final) for f in named):
         return "unexplained", ()
     names = [f.trial.effect.name for f in named]
     rivals = [r.name for f in named for r in f.rivals]
@@ -272,6 +272,18 @@ def _bent(effect: Effect, final: Proof) -> bool:
         < AT_END * (p.high - p.low)
         and abs(value - p.neutral) > AT_END * (p.high - p.low)
         for p, value in zip(effect.parameters, final.fit.effect_values[effect.name], strict=True)
+    )
+
+
+def _relaxes(effect: Effect, final: Proof) -> bool:
+    """Whether a force follows as late as any may: then it is an elastic one that relaxes, which none is.
+
+    However little is left with it: a bushing of rubber is a spring and a damper that come late, for a band.
+    """
+    values = final.fit.effect_values[effect.name]
+    return any(
+        p.name == FORCE_LAG.name and p.high - value < AT_END * p.high
+        for p, value in zip(effect.parameters, values, strict=True)
     )
 
 

@@ -89,12 +89,24 @@ def test_a_mount_without_damping_is_not_at_the_end_of_physics():
 def test_more_effects_must_explain_more_than_two(monkeypatch, count, left, verdict):
     """left: of 1000 N² that could be removed, more than the noise."""
     monkeypatch.setattr(module, "_imitates", lambda *_: False)
+    monkeypatch.setattr(module, "_relaxes", lambda *_: False)
     named = [
         SimpleNamespace(trial=SimpleNamespace(effect=SimpleNamespace(name=f"e{k}")), rivals=[])
         for k in range(count)
     ]
     base, final = proof(1010.0, 1020.0), proof(10.0 + left, 12.0 + left)
     assert module._verdict(base, final, named, 1000.0, cleared=False)[0] == verdict
+
+
+@pytest.mark.parametrize(("lag_s", "verdict"), [(0.002, "found"), (0.05, "unexplained")])
+def test_what_comes_as_late_as_any_force_may_is_no_damping_however_little_is_left(lag_s, verdict):
+    """A rubber bushing beside the damper: in a band it looks like a spring and a dashpot of 50 ms."""
+    dashpot = effect("viscous_damping")
+    values = dashpot.vector({"damping_n_s_m": 300.0, "lag_s": lag_s})
+    named = [SimpleNamespace(trial=SimpleNamespace(effect=dashpot), rivals=[])]
+    base, final = proof(1010.0, 1020.0), proof(10.0, 12.0)
+    final.fit = SimpleNamespace(effect_values={dashpot.name: values})
+    assert module._verdict(base, final, named, 1000.0, cleared=True)[0] == verdict
 
 
 def test_what_took_nearly_as_much_and_was_true_held_out_may_stand_in_its_place():
