@@ -27,22 +27,28 @@ def step(
 
     The gas that holds it up has a higher pressure when it is warm, and the further the rod is in. What the
     fluid does not follow opens a cavity, which the way back must close first, but for what other flow has
-    filled meanwhile.
+    filled meanwhile. One that holds the force keeps it at the limit for as long as it is open: vapour on one
+    side and the gas on the other press as before, and fluid follows as fast as it did when the cavity opened.
     """
+    warmer = 1.0 + p[6] * (temperature_c - REFERENCE_C)
+    limit_n = p[0] * max((1.0 - p[4] * displacement_m) * warmer, LEAST_SHARE)
     if force_n < 0.0:
-        warmer = 1.0 + p[6] * (temperature_c - REFERENCE_C)
-        limit_n = p[0] * max((1.0 - p[4] * displacement_m) * warmer, LEAST_SHARE)
         sharpness = math.log(0.5) / math.log1p(-min(p[1] / p[0], SOFTEST))
         share, most = -force_n / limit_n, 1.0
+        beyond = share >= 1.0
         if share > 1.0:  # no power of what is above 1: it may be beyond all numbers
             share, most = 1.0 / share, 1.0 / share
         most /= math.pow(1.0 + math.pow(share, sharpness), 1.0 / sharpness)
-        s[0] += (1.0 - p[5]) * abs(velocity_m_s) * dt_s * (1.0 - most)
-        return force_n * most
-    if velocity_m_s > 0.0 and s[0] > 0.0:
+        # The speed with which fluid follows: less than this one, or more.
+        s[1] = min(s[1], abs(velocity_m_s)) if beyond else max(s[1], -velocity_m_s)
+        opens = (1.0 - p[5]) * abs(velocity_m_s) * (1.0 - most)
+        opens += p[7] * (-velocity_m_s - s[1] - opens)
+        s[0] = max(0.0, s[0] + opens * dt_s)
+        force_n *= most
+    elif velocity_m_s > 0.0 and s[0] > 0.0:
         force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
-        s[0] = max(0.0, s[0] - velocity_m_s * dt_s)
-    return force_n
+        s[0] = max(0.0, s[0] - (velocity_m_s + p[7] * s[1]) * dt_s)
+    return force_n - p[7] * s[0] / (s[0] + p[3]) * (limit_n + force_n)
 
 
 def start(
@@ -54,7 +60,7 @@ def start(
     dt_s: float,
 ) -> list[float]:
     """No cavity yet."""
-    return [0.0]
+    return [0.0, 0.0]
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
@@ -63,9 +69,12 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     stiffer = 0.2 / max(ranges.displacement_m, 1e-3)
     kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
     shares = (1.0, 0.95, 0.85, 0.7)
-    return [
-        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0) for loss, rise in kinds for share in shares
+    bent: list[Vector] = [
+        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0)
+        for loss, rise in kinds
+        for share in shares
     ]
+    return bent + [(share * most, 0.005 * most, 0.0, 5e-4, 0.0, 0.0, 0.0, 1.0) for share in shares]
 
 
 EFFECT = Effect(
@@ -77,7 +86,8 @@ EFFECT = Effect(
         f"limit' = limit (1 - rise x) (1 + warming (T - {REFERENCE_C:g})), "
         "n = log(1/2) / log(1 - knee/limit); "
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), -v on the way back, "
-        "where F is 1 - loss y/(y + closing) of itself"
+        "where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of y/(y + closing) to "
+        "-limit' while y > 0, and dy/dt to -v - v1, v1 the speed at which it opened"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
@@ -85,7 +95,7 @@ EFFECT = Effect(
         Parameter("knee_n", "N", 50.0, 1.0, 5e3, 50.0, "what F lacks of the limit where it would be at it"),
         Parameter("loss", "1", 0.0, 0.0, 1.0, 0.0, "of the rebound force while a cavity is open", 0.3),
         Parameter(
-            "closing_m", "m", 2e-3, 1e-4, 0.02, 2e-3, "cavity at which half of that is lost", partial=True
+            "closing_m", "m", 2e-3, 1e-5, 0.02, 2e-3, "cavity at which half of that is lost", partial=True
         ),
         Parameter(
             "rise_per_m",
@@ -120,6 +130,17 @@ EFFECT = Effect(
             1e-3,
             optional=True,
         ),
+        Parameter(
+            "held",
+            "1",
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            "part of the limit at which an open cavity holds the force",
+            0.3,
+            optional=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"stroke", "velocity"}),
@@ -127,5 +148,5 @@ EFFECT = Effect(
     inverse_note="No current lifts the limit: wishes beyond it fall short by what exceeds it.",
     guesses=_guesses,
     start=start,
-    states=("cavity, m",),
+    states=("cavity, m", "speed at which it opened, m/s"),
 )
