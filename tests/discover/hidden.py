@@ -20,7 +20,7 @@ def rich(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> C
     """Sines of several frequencies and currents, and a road with steps of current, cold and warm."""
     bench = _bench(effects, seed)
     runs = [
-        bench.sine(f"{hz:g}Hz_{i:g}A_{c:g}C", RATE_HZ, hz, amplitude, max(3, int(1.5 * hz)), i, c)
+        bench.sine(f"{hz:g}Hz_{i:g}A_{c:g}C", RATE_HZ, hz, amplitude, max(3, int(3 * hz)), i, c)
         for hz, amplitude in ((0.5, 0.03), (2.0, 0.02), (5.0, 0.01))
         for i, c in ((0.0, 30.0), (0.5, 60.0), (1.5, 30.0), (3.0, 60.0))
     ]
