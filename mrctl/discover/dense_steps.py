@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-from mrctl.identify.noise import correlation_inflation
+from mrctl.identify.noise import usual_n2
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -52,8 +52,7 @@ def shares_of(places: Sequence[Ints], spans: Sequence[int], errors: Errors) -> l
         answers = _answers(shares, places, spans, apart, errors)
         for k, (at, error) in enumerate(zip(places, here, strict=True)):
             if at.size:
-                noise = (1.4826 * float(np.median(np.abs(error)))) ** 2 * correlation_inflation(error)
-                shares[k] = _solved(at, error, answers[k], shares[k], max(noise, 1e-300))
+                shares[k] = _solved(at, error, answers[k], shares[k], max(usual_n2(error), 1e-300))
     return shares
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mrctl.identify.knots import locate
 from mrctl.identify.parallel import in_parallel
 
 Array = NDArray[np.float64]
@@ -77,9 +78,9 @@ def _knots(x: Array, count: int) -> Array | None:
 
 
 def _hats(x: Array, knots: Array) -> Features:
-    at = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
-    share = np.clip((x - knots[at]) / np.diff(knots)[at], 0.0, 1.0)
-    return Features(np.stack([at, at + 1], axis=1), np.stack([1.0 - share, share], axis=1), knots.size)
+    at = locate(x, knots)
+    which = np.stack([at.below, at.below + 1], axis=1)
+    return Features(which, np.stack([1.0 - at.share, at.share], axis=1), at.count)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.dense_steps import MOST_AT_ONCE, at_once, dense_steps, shares_of
+from mrctl.discover.dense_steps import MOST_AT_ONCE, UNIFORM, at_once, dense_steps, shares_of
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.noise import correlation_inflation
+from mrctl.identify.noise import usual_n2
 from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
@@ -26,7 +26,6 @@ LEAST_STEP = 0.03  # of the campaign's range of current
 REST_STEP = 0.1  # of the step: what the samples beside it may move
 ALONE_S = 0.05  # without another step: what one did to the force is over by then
 TRIED = np.linspace(-0.5, 0.5, 9)  # of an interval, earlier than its middle
-SPREAD = 12.0**-0.5  # of a time that is uniform over one interval
 MOST_HIDDEN = 0.2  # of a record's samples
 AFTER_S, MOST_AFTER = 0.005, 3  # and samples, in which the force shows when within its interval a step was
 
@@ -40,12 +39,13 @@ def timed(records: Sequence[Record], fit: JointFit) -> list[Record]:
     least = LEAST_STEP * (max(float(r.current_a.max()) for r in records) - low)
     if least <= 0.0:
         return list(records)
-    return _timed_together(_timed_alone(records, fit, least), fit, least)
+    alone = [lone_steps(r, least) for r in records]
+    together = [_steps_together(r, least, at) for r, at in zip(records, alone, strict=True)]
+    return _timed_together(_timed_alone(records, fit, alone), fit, together)
 
 
-def _timed_alone(records: Sequence[Record], fit: JointFit, least_a: float) -> list[Record]:
+def _timed_alone(records: Sequence[Record], fit: JointFit, places: Sequence[Ints]) -> list[Record]:
     """With the times of those steps after which the current rests for longer than the force answers."""
-    places = [lone_steps(r, least_a) for r in records]
     if not any(p.size for p in places):
         return list(records)
     tried = []
@@ -59,14 +59,8 @@ def _timed_alone(records: Sequence[Record], fit: JointFit, least_a: float) -> li
     return _placed(records, places, shares)
 
 
-def _timed_together(records: Sequence[Record], fit: JointFit, least_a: float) -> list[Record]:
+def _timed_together(records: Sequence[Record], fit: JointFit, places: Sequence[Ints]) -> list[Record]:
     """With the times of the steps that come while the force still answers to the last one."""
-    spans = [_span(r) for r in records]
-    places = []
-    for r, span in zip(records, spans, strict=True):
-        jumps = np.abs(np.diff(r.current_a[:: r.finer]))
-        at = np.setdiff1d(dense_steps(jumps, least_a), lone_steps(r, least_a))
-        places.append(at if at_once(at, span) <= MOST_AT_ONCE else at[:0])
     if not any(p.size for p in places):
         return list(records)
 
@@ -75,7 +69,18 @@ def _timed_together(records: Sequence[Record], fit: JointFit, least_a: float) ->
         found = fit.model.on(here).errors(fit.theta)
         return [e[:: r.finer] for e, r in zip(found, here, strict=True)]
 
-    return _placed(records, places, shares_of(places, spans, errors))
+    return _placed(records, places, shares_of(places, [_span(r) for r in records], errors))
+
+
+def _steps_together(record: Record, least_a: float, alone: Ints) -> Ints:
+    """The last measured samples before steps that are not alone; none where too many answers meet."""
+    at = np.setdiff1d(dense_steps(_jumps(record), least_a), alone)
+    return at if at_once(at, _span(record)) <= MOST_AT_ONCE else at[:0]
+
+
+def _jumps(record: Record) -> Array:
+    """How far the current goes from one measured sample to the next, A."""
+    return np.abs(np.diff(record.current_a[:: record.finer]))
 
 
 def _span(record: Record) -> int:
@@ -124,7 +129,7 @@ def _after_steps(record: Record, size: int) -> Ints:
 
 def lone_steps(record: Record, least_a: float) -> Ints:
     """The last measured samples before steps of at least this size with no other change near."""
-    jumps = np.abs(np.diff(record.current_a[:: record.finer]))
+    jumps = _jumps(record)
     at = np.flatnonzero(jumps >= least_a)
     span = _span(record)
     kept = []
@@ -146,8 +151,7 @@ def _shares(record: Record, at: Ints, errors: Array) -> Array:
     for n, k in enumerate(at):
         near = errors[:, max(0, k - 1) : k + span]
         best = near[int(np.argmin(np.sum(near**2, axis=1)))]
-        noise = (1.4826 * float(np.median(np.abs(best)))) ** 2 * correlation_inflation(best)
-        loss = np.sum(near**2, axis=1) + noise * (TRIED / SPREAD) ** 2
+        loss = np.sum(near**2, axis=1) + usual_n2(best) * UNIFORM * TRIED**2
         least = int(np.argmin(loss))
         out[n] = TRIED[least]
         if 0 < least < TRIED.size - 1:

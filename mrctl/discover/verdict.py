@@ -17,7 +17,7 @@ from mrctl.discover.rivals import CLOSE_SCORE, Rival, rivals_of
 from mrctl.discover.search import Level, Trial
 from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.worth import AT_END, LEAST_OF_FORCE, force_n2, is_unsure
+from mrctl.discover.worth import AT_END, LEAST_OF_FORCE, at_high_end, force_n2, is_unsure
 from mrctl.identify.noise import SCALE
 from mrctl.model.effects.base import FORCE_LAG, Effect
 
@@ -282,7 +282,7 @@ def _relaxes(effect: Effect, final: Proof) -> bool:
     """
     values = final.fit.effect_values[effect.name]
     return any(
-        p.name == FORCE_LAG.name and p.high - value < AT_END * p.high
+        p.name == FORCE_LAG.name and at_high_end(p, value)
         for p, value in zip(effect.parameters, values, strict=True)
     )
 

@@ -143,13 +143,14 @@ def _told_together(effect: Effect, fit: JointFit, spread: Vector) -> bool:
 def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
     """Whether a fit has gone to the upper end of what is physical for an effect, by its parameters (SI)."""
     return any(
-        p.unit != "1"
-        and not p.held
-        and not p.endless
-        and p.neutral < p.high
-        and p.high - value < AT_END * (p.high - p.low)
+        p.unit != "1" and not p.held and not p.endless and p.neutral < p.high and at_high_end(p, value)
         for p, value in zip(effect.parameters, values, strict=True)
     )
+
+
+def at_high_end(parameter: Parameter, value: float) -> bool:
+    """Whether a value (SI) is the largest that a parameter may have."""
+    return parameter.high - value < AT_END * (parameter.high - parameter.low)
 
 
 def is_size(parameter: Parameter) -> bool:

@@ -32,6 +32,11 @@ def correlation_inflation(residual: Array) -> float:
     return float(np.clip(time[at], 1.0, n / 8.0))
 
 
+def usual_n2(residual: Array) -> float:
+    """The mean square in N², which a few wild samples do not raise, times the samples that count as one."""
+    return (SCALE * float(np.median(np.abs(residual)))) ** 2 * correlation_inflation(residual)
+
+
 def record_noise(residuals: list[Array], floor_n: float) -> Array:
     """Noise RMS in N of each record, none taken far below the others."""
     rms = np.array([float(np.sqrt(np.mean(r * r))) for r in residuals])

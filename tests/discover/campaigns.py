@@ -30,6 +30,17 @@ def picked(run: Run, samples: slice) -> Run:
     return replace(run, **{name: getattr(run, name)[samples] for name in channels})
 
 
+def every(run: Run, kept: int) -> Run:
+    """The run as a logger that takes only every so many samples has it."""
+    return replace(picked(run, slice(None, None, kept)), sample_rate_hz=run.sample_rate_hz / kept)
+
+
+def earlier_than_middle(at: np.ndarray, kept: int) -> np.ndarray:
+    """How much earlier than mid-interval a step to sample `at` was, where every `kept` are taken."""
+    into = (at - 1) % kept + 1  # samples after the last one taken that shows the old value
+    return 0.5 - into / kept
+
+
 def coloured(rng: np.random.Generator, n: int, rms: float, pole: float) -> np.ndarray:
     """First-order noise of a known RMS; pole 0 is white."""
     white = rng.normal(0.0, rms * np.sqrt(1.0 - pole * pole), n + 2000)

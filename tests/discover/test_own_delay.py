@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from discover.campaigns import picked, road, shipped, with_effect
+from discover.campaigns import every, road, shipped, with_effect
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.extend import extend
@@ -30,11 +30,7 @@ def _campaign(damper: Damper) -> Campaign:
 
 def _every_fourth(campaign: Campaign) -> Campaign:
     """The campaign as a slower logger has it."""
-    runs = [
-        replace(picked(run, slice(None, None, 4)), sample_rate_hz=run.sample_rate_hz / 4.0)
-        for run in campaign.runs
-    ]
-    return replace(campaign, runs=tuple(runs))
+    return replace(campaign, runs=tuple(every(run, 4) for run in campaign.runs))
 
 
 def test_the_published_filter_alone_is_no_delay():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from discover.campaigns import earlier_than_middle, every
 from identify.virtual import Bench, random_damper
 
 from mrctl.discover.evidence import Evidence
@@ -15,7 +16,7 @@ from mrctl.identify import hysteresis
 from mrctl.identify.finish import damper_of
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
-from mrctl.measurements.run import Campaign, Run
+from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
 from mrctl.model.filters import Filter
 
@@ -23,17 +24,6 @@ FINE_HZ, RATE_HZ = 4000.0, 500.0
 KEPT = int(FINE_HZ / RATE_HZ)
 NOISE_N = 1.0
 QUICK_HZ, SELDOM = 90.0, 16  # a lag shorter than the sampling interval of every 16th sample
-
-
-def _sampled(run: Run, kept: int = KEPT) -> Run:
-    taken = {
-        name: getattr(run, name)[::kept].copy()
-        for name in (
-            "time_s", "velocity_m_s", "current_a", "temperature_c", "force_n", "displacement_m",
-            "acceleration_m_s2",
-        )
-    }  # fmt: skip
-    return replace(run, sample_rate_hz=FINE_HZ / kept, **taken)
 
 
 @pytest.fixture(scope="module")
@@ -52,9 +42,8 @@ def _stepped(damper: Damper, kept: int) -> tuple[Campaign, list[np.ndarray]]:
         current = np.zeros(t.size)
         for n, start in enumerate(at):
             current[start:] = (2.0, 0.5, 3.0, 1.0)[n % 4]
-        runs.append(_sampled(bench.run(f"{k}", t, v, current, 40.0), kept))
-        into = (at - 1) % kept + 1  # fine samples after the last one that shows the old current
-        earlier.append(0.5 - into / kept)
+        runs.append(every(bench.run(f"{k}", t, v, current, 40.0), kept))
+        earlier.append(earlier_than_middle(at, kept))
     return Campaign(Path("stepped"), tuple(runs), "0" * 64), earlier
 
 
