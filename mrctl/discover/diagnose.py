@@ -21,7 +21,7 @@ from mrctl.discover.proof import Proof
 from mrctl.discover.renewed import renewed
 from mrctl.discover.reveal import hidden_effects, taken_up
 from mrctl.discover.rivals import simplest
-from mrctl.discover.scales import evened, scales_instead
+from mrctl.discover.scales import evened, is_the_rigs, scales_instead
 from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.stands import confirmed, constant, retimed
 from mrctl.discover.structure import Structure, structure_of
@@ -102,7 +102,7 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
     report(0.3, "candidates")
-    levels, found, last, final = _search(evidence, base, candidates, report)
+    evidence, levels, found, last, final = _search(evidence, base, candidates, report)
     base = levels[0].before  # in the best valley that the search came by, as the final model
     untestable |= why_own(final, [t.effect.name for t in found], known)
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
@@ -169,10 +169,11 @@ def _less_what_is_slight(evidence: Evidence, base: Proof, judged: Judged) -> Jud
 
 def _search(
     evidence: Evidence, base: Proof, candidates: list[Effect], report: Report
-) -> tuple[list[Level], list[Trial], Level | None, Proof]:
+) -> tuple[Evidence, list[Level], list[Trial], Level | None, Proof]:
     """The rounds, the effects found, the round in which the last was, and the model with them.
 
-    That round is None where the last one took another's place.
+    That round is None where the last one took another's place. The evidence comes with them, since the runs'
+    zeros and scales show only when what is larger has been found.
     """
     here = base
     found: list[Trial] = []
@@ -182,18 +183,17 @@ def _search(
     most = MOST_EFFECTS
     for number in count():
         rest = [c for c in candidates if c.name not in {e.name for e in here.fit.model.effects.chosen}]
-        level = search_level(here, rest, evidence.folds)
-        good = [t for t in level.trials if accepted(t, level.before, len(rest))]
-        if not good and here.fit.total - level.before.fit.total > BETTER_VALLEY:
-            # What was seen beside the worse fit says little: once more from the better one.
-            level = search_level(level.before, rest, evidence.folds)
-            good = [t for t in level.trials if accepted(t, level.before, len(rest))]
+        level, good = _round(evidence, here, rest)
         levels.append(level)
         report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
         here = level.before
         best = _best(evidence, level, good)
         if best is None or number == most:
             break
+        even, clean = evidence.rezeroed(here) if found else (evidence, here)
+        if even is not evidence and is_the_rigs(best, clean):
+            evidence, here = even, clean
+            continue
         if is_filters(best):
             here, most = settled(best.proof, evidence.folds), most + 1
             if not found:
@@ -214,7 +214,17 @@ def _search(
         rounds = most - len(found)
         if _hopeless(evidence, levels[0].before, level.before, here, rounds):
             break
-    return levels, found, last, here
+    return evidence, levels, found, last, here
+
+
+def _round(evidence: Evidence, here: Proof, rest: Sequence[Effect]) -> tuple[Level, list[Trial]]:
+    """A look at all that may come to a model, and those that are real."""
+    level = search_level(here, rest, evidence.folds)
+    good = [t for t in level.trials if accepted(t, level.before, len(rest))]
+    if not good and here.fit.total - level.before.fit.total > BETTER_VALLEY:
+        # What was seen beside the worse fit says little: once more from the better one.
+        return _round(evidence, level.before, rest)
+    return level, good
 
 
 def _hopeless(evidence: Evidence, base: Proof, before: Proof, here: Proof, rounds: int) -> bool:

@@ -22,6 +22,7 @@ from mrctl.discover.noise_floor import NoiseFloor, noise_floor
 from mrctl.discover.proof import Proof, prove
 from mrctl.discover.run_gains import run_gains
 from mrctl.discover.run_zeros import run_zeros
+from mrctl.discover.runs_own import RunsOwn
 from mrctl.discover.screen import ranges_of
 from mrctl.discover.searched import at_search_rates
 from mrctl.discover.spectral_floor import mean_square
@@ -112,12 +113,11 @@ class Evidence:
 
         Nor where the fit leaves far more than noise: a wrong model's error has a mean in each run as well.
         """
-        errors = self.steady_errors(fit)
-        zeros = run_zeros(errors, self.full, self.cell.zeros_n)
+        own = RunsOwn.of(fit)
+        zeros = run_zeros(own.zeros_n, self.full, self.cell.zeros_n)
         if zeros.any():
             budget = self.budget(fit)
-            means = float(np.average([e.mean() ** 2 for e in errors], weights=[e.size for e in errors]))
-            if budget.judged - means > CLOSE_TO_NOISE * budget.noise:
+            if own.left * budget.judged > CLOSE_TO_NOISE * budget.noise:
                 zeros = np.zeros(zeros.size)
         return self._with_cell(replace(self.cell, zeros_n=zeros))
 
@@ -126,9 +126,7 @@ class Evidence:
 
         fewest: runs, to have scales at all.
         """
-        forces = fit.model.on(self.full).predict(fit.theta)
-        errors = self._steady(fit, forces)
-        gains = run_gains(errors, self.at_samples_of(errors, forces), self.full, fewest)
+        gains = run_gains(RunsOwn.of(fit).scales, self.full, fewest)
         return self._with_cell(self.cell.with_gains(gains)) if gains.any() else self
 
     def evened(self, fit: JointFit) -> Evidence:
@@ -137,7 +135,8 @@ class Evidence:
         Else itself: what a wrong model leaves is in proportion to the force as well, and more besides.
         """
         even = self.scaled(fit)
-        return even if even is self or even.budget(fit).excess <= 0.0 else self
+        clean = even is self or even.budget(fitted_to(even.records, fit)).excess <= 0.0
+        return even if clean else self
 
     def as_measured(self) -> Evidence:
         """The same with the forces as they were: what a wrong model misses in the mean is no zero."""

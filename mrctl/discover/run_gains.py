@@ -11,38 +11,30 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.run_zeros import CHANCE, by_a_rule
+from mrctl.discover.run_zeros import by_a_rule
+from mrctl.discover.runs_own import Own
 from mrctl.identify.records import Record
-from mrctl.identify.run_scatter import FEWEST_RUNS, scales_apart
+from mrctl.identify.run_scatter import FEWEST_RUNS
 
 Array = NDArray[np.float64]
 
+CHANCE = 1e-4  # that runs of one scale differ so
 LEAST = 2e-3  # of the force: what scatters less does no harm
 LARGEST = 0.03  # no rig scatters further
 CERTAIN = 2.0  # standard errors
 
 
-def run_gains(
-    errors: Sequence[Array],
-    modelled: Sequence[Array],
-    records: Sequence[Record],
-    fewest: int = FEWEST_RUNS,
-) -> Array:
+def run_gains(seen: Own, records: Sequence[Record], fewest: int = FEWEST_RUNS) -> Array:
     """How much larger each run's force is measured than modelled, as a share (runs); zeros if all are alike.
 
-    errors, modelled: what a model leaves of each run's force, and the model's (n each, N); fewest: runs, to
-    have any. There is none either where the shares go with the runs' conditions, alone, squared or two
-    together: then it is physics. Each share is drawn towards none by how little its run tells.
+    seen: each run's share, drawn towards none by how little its run tells; fewest: runs, to have any. None is
+    taken where the shares go with the runs' conditions, alone, squared or two together: that is physics.
     """
-    none = np.zeros(len(errors))
-    if len(errors) < fewest:
+    none = np.zeros(seen.values.size)
+    if none.size < fewest or seen.chance > CHANCE:
         return none
-    apart, doubts, chance = scales_apart(errors, modelled)
-    if chance > CHANCE or float(np.max(np.abs(apart))) < LEAST:
+    apart = seen.values - float(seen.values.mean())
+    sure = np.abs(apart) - CERTAIN * seen.doubts
+    if float(np.max(np.abs(apart))) < LEAST or float(np.max(sure)) > LARGEST:
         return none
-    scatter = max(float(np.average(apart**2 - doubts**2, weights=1.0 / doubts**2)), 0.0)
-    weights = 1.0 / (doubts**2 + scatter)
-    apart = apart - float(np.average(apart, weights=weights))
-    if float(np.max(np.abs(apart) - CERTAIN * doubts)) > LARGEST or by_a_rule(apart, weights, records):
-        return none
-    return np.asarray(apart * scatter * weights, dtype=np.float64)
+    return none if by_a_rule(apart, 1.0 / (seen.doubts**2 + float(np.var(apart))), records) else apart

@@ -11,19 +11,18 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, pearsonr
+from scipy.stats import pearsonr
 
-from mrctl.identify.noise import correlation_inflation
+from mrctl.discover.runs_own import FULL_SCALE, Own
 from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
 
 FEWEST_RUNS = 3
-CHANCE = 1e-4  # that runs of one zero differ so
+CHANCE = 0.05  # that runs of one zero differ so: most rigs drift, so little speaks for it
 LARGEST = 0.01  # of the largest force: no load cell wanders further, and the model is wrong, ...
-MANY_RUNS = 12  # ... but in so many, where no rule is in them, ...
+MANY_RUNS = 6  # ... but in so many, where no rule is in them, ...
 MOST_SPREAD, FARTHEST = 0.015, 0.04  # ... this in RMS, and each
-FULL_SCALE = 0.995  # quantile of the absolute force that counts as the largest
 LEAST_STROKE_M = 1e-5  # over the runs, RMS
 BY_CONDITION = 0.01  # chance that zeros go with a condition of the runs as they do; less is physics
 # Ranges over the runs that are no condition.
@@ -31,23 +30,22 @@ SAME = {"current_a": 1e-3, "temperature_c": 0.01, "velocity_m_s": 1e-4, "displac
 COMMON = 3.0  # standard errors of the mean zero, above which it is an offset of all runs
 
 
-def run_zeros(errors: Sequence[Array], records: Sequence[Record], before_n: Array) -> Array:
-    """Each run's zero in N (runs) by what a model leaves of its force (n each, N); zeros where all are one.
+def run_zeros(seen_n: Own, records: Sequence[Record], before_n: Array) -> Array:
+    """Each run's zero in N (runs) by what is seen of it; zeros where all are one.
 
     Nor is there any where they go with the runs' currents, temperatures, speeds or strokes: an effect that
     the model lacks has a mean as well, which the base makes up for in some conditions at the cost of others.
 
     records: the runs, whose forces give the full scale. before_n (runs): what was taken off them already.
     """
-    none = np.zeros(len(errors))
-    if len(errors) < FEWEST_RUNS:
+    none = np.zeros(seen_n.values.size)
+    if none.size < FEWEST_RUNS:
         return none
-    means = np.array([float(e.mean()) for e in errors]) + before_n
-    doubts = np.array([float(e.std()) * np.sqrt(correlation_inflation(e) / e.size) for e in errors])
-    middle = float(means.mean())
-    apart = means - middle
-    if chi2.sf(float(np.sum((apart / np.maximum(doubts, 1e-12)) ** 2)), len(errors) - 1) > CHANCE:
-        return none
+    if seen_n.chance > CHANCE:
+        return before_n
+    zeros = seen_n.values + before_n
+    middle = float(zeros.mean())
+    apart = zeros - middle
     share = apart / max(float(np.quantile(np.abs(r.force_n), FULL_SCALE)) for r in records)
     far = float(np.max(np.abs(share)))
     if far > LARGEST and not (
@@ -60,8 +58,8 @@ def run_zeros(errors: Sequence[Array], records: Sequence[Record], before_n: Arra
     if _by_a_condition(apart, records):
         return none
     # As many zeros as there are runs have a mean of their own.
-    own = abs(middle) < COMMON * float(apart.std(ddof=1)) / np.sqrt(len(errors))
-    return means if own else apart
+    own = abs(middle) < COMMON * float(apart.std(ddof=1)) / np.sqrt(zeros.size)
+    return zeros if own else apart
 
 
 def _by_a_condition(apart: Array, records: Sequence[Record]) -> bool:

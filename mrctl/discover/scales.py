@@ -1,4 +1,4 @@
-"""Runs whose forces differ in scale: such a scale taken off each, or a verdict that it is all there is."""
+"""Runs whose forces differ in zero or scale: what is taken off each, and whether that is all there is."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import numpy as np
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.proof import Proof, log_gain
+from mrctl.discover.search import Trial
 from mrctl.discover.verdict import NAMING, Judged, judged_by
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.run_scatter import FEWEST_RUNS
 from mrctl.model.effects.base import Effect
 
 MOST_TIMES = 4  # that scales are taken: the first time the tables have made up for some
+ZERO_AND_SCALE = 2  # numbers of each run
 FEWEST_ALONE = 3  # runs whose scales may be all that is missing, once effects are weighed against them
 
 
@@ -39,12 +41,21 @@ def scales_instead(
     there, scaled = _to_their_end(taken, evidence, base, known)
     if there is evidence:
         return None
-    if named:
-        fewer = len(evidence.full) - 1 - sum(trial.parameters for trial, _ in judged.stands)
-        if log_gain(judged.final, scaled) < fewer * float(np.log(scaled.independent)):
-            return None
+    stated = sum(trial.parameters for trial, _ in judged.stands)
+    if named and not says_more(judged.final, stated, scaled, len(evidence.full) - 1):
+        return None
     alone = judged_by(there, scaled, scaled, [])
     return (there, scaled, alone) if alone.verdict == "none" else None
+
+
+def is_the_rigs(trial: Trial, evened: Proof) -> bool:
+    """Whether zeros and scales of the runs say more than an effect that would come to a model next (BIC)."""
+    return says_more(trial.proof, trial.parameters, evened, ZERO_AND_SCALE * evened.inside.size)
+
+
+def says_more(effects: Proof, parameters: int, runs: Proof, numbers: int) -> bool:
+    """Whether a model with so many numbers of its runs is worth more than one with effects' parameters."""
+    return log_gain(effects, runs) > (numbers - parameters) * float(np.log(runs.independent))
 
 
 def _to_their_end(

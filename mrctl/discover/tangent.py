@@ -6,6 +6,7 @@ penalties count as data, so that a table is as free as its fit left it and no fr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -109,12 +110,15 @@ class Tangent:
 
     def stacked(self, forces: list[Array]) -> Array:
         """Forces of each record in N, every sample, as one vector (n) in units of the noise."""
+        return np.concatenate(self.blocks(forces))
+
+    def blocks(self, forces: Sequence[Array]) -> list[Array]:
+        """The parts of that vector, one for each record."""
         model = self.fit.model
-        parts = [
+        return [
             np.sqrt(w) * model.weighed(r, f)[skip:]
             for w, f, r, skip in zip(model.weights, forces, model.records, self.skips, strict=True)
         ]
-        return np.concatenate(parts)
 
     def beyond(self, rows: Array) -> Array:
         """The part of rows (..., n) that the model's own parameters cannot make up for."""
@@ -126,10 +130,15 @@ class Tangent:
     def products_beyond(self, rows: Array) -> Array:
         """Rows (k, n) times their parts beyond the model: (k, k), without these being made."""
         whole = np.asarray(rows @ rows.T, dtype=np.float64)
-        if self.frozen:
-            return whole
-        along = self.slopes @ rows.T
-        return np.asarray(whole - along.T @ cho_solve(self.factor, along), dtype=np.float64)
+        return whole if self.frozen else whole - self.absorbed(self.slopes @ rows.T)
+
+    def absorbed(self, along: Array) -> Array:
+        """What the model takes up of rows' products, given theirs with its slopes (m, k): (k, k)."""
+        return np.asarray(along.T @ self.answer(along), dtype=np.float64)
+
+    def answer(self, along: Array) -> Array:
+        """How the moving parameters make up for rows, given their products with the slopes (m, ...)."""
+        return np.asarray(cho_solve(self.factor, along), dtype=np.float64)
 
     def moved(self, force: Array) -> Array:
         """The fit's vector after the model has settled around a force (n) beside it."""

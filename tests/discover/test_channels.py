@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from discover.campaigns import shipped, sine, with_effect
 from identify.virtual import Bench, random_damper
+from scipy.stats import chi2
 
 from mrctl.discover.current_clock import current_late_s, earlier
 from mrctl.discover.diagnose import diagnose
@@ -17,6 +18,7 @@ from mrctl.discover.figures import diagnosis_figures, verdict_words
 from mrctl.discover.load_cell import LoadCell
 from mrctl.discover.run_gains import run_gains
 from mrctl.discover.run_zeros import run_zeros
+from mrctl.discover.runs_own import Own
 from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign, Run
 
@@ -25,9 +27,11 @@ CURRENTS_A = np.array([0.0, 1.0, 2.0, 0.0, 1.0, 2.0])
 SPREAD_N = np.array([6.0, -4.0, 2.0, -7.0, 3.0, 0.0])
 
 
-def left(means: np.ndarray, noise_n: float = 5.0) -> list[np.ndarray]:
-    rng = np.random.default_rng(1)
-    return [m + noise_n * rng.standard_normal(4000) for m in means]
+def seen(values: np.ndarray, doubt: float = 0.1) -> Own:
+    """What is seen of runs of such zeros or scales."""
+    apart = (values - values.mean()) / doubt
+    noise = doubt * np.random.default_rng(1).standard_normal(values.size)
+    return Own(values + noise, np.full(values.size, doubt), float(chi2.sf(apart @ apart, values.size - 1)))
 
 
 def driven(count: int = 6, currents_a: np.ndarray = CURRENTS_A) -> list[Record]:
@@ -39,18 +43,18 @@ def driven(count: int = 6, currents_a: np.ndarray = CURRENTS_A) -> list[Record]:
     ]
 
 
-def test_each_runs_zero_is_what_its_error_has_in_the_mean():
-    zeros = run_zeros(left(SPREAD_N), driven(), np.zeros(6))
+def test_each_runs_zero_is_what_is_seen_of_it():
+    zeros = run_zeros(seen(SPREAD_N), driven(), np.zeros(6))
     assert zeros == pytest.approx(SPREAD_N, abs=0.4)
 
 
 def test_an_offset_of_all_runs_is_an_effect_and_stays():
-    zeros = run_zeros(left(SPREAD_N + 40.0), driven(), np.zeros(6))
+    zeros = run_zeros(seen(SPREAD_N + 40.0), driven(), np.zeros(6))
     assert zeros == pytest.approx(SPREAD_N, abs=0.4)
 
 
 def test_zeros_taken_already_count():
-    zeros = run_zeros(left(np.zeros(6)), driven(), SPREAD_N)
+    zeros = run_zeros(seen(np.zeros(6)), driven(), SPREAD_N)
     assert zeros == pytest.approx(SPREAD_N, abs=0.4)
 
 
@@ -58,7 +62,7 @@ def test_zeros_taken_already_count():
 def test_of_many_runs_a_few_may_have_far_zeros(size, taken):
     """Their spread is 1 % of the force, and the farthest 3 %; or 3 %, which no rig has."""
     means = size * np.random.default_rng(3).permutation([*np.linspace(-1.0, 1.0, 15), 3.0])
-    zeros = run_zeros(left(means), driven(16, np.tile([0.0, 1.0, 2.0, 1.0], 4)), np.zeros(16))
+    zeros = run_zeros(seen(means), driven(16, np.tile([0.0, 1.0, 2.0, 1.0], 4)), np.zeros(16))
     assert zeros == pytest.approx(means if taken else 0.0, abs=0.4)
 
 
@@ -70,7 +74,7 @@ def test_of_many_runs_a_few_may_have_far_zeros(size, taken):
 def test_far_zeros_of_many_runs_follow_no_rule(means):
     count = means.size
     runs = driven(count, np.tile([0.0, 1.0, 2.0], 6))
-    assert not run_zeros(left(means, 1.0), runs, np.zeros(count)).any()
+    assert not run_zeros(seen(means, 0.02), runs, np.zeros(count)).any()
 
 
 @pytest.mark.parametrize(
@@ -79,7 +83,7 @@ def test_far_zeros_of_many_runs_follow_no_rule(means):
     ids=["all alike", "more than a load cell wanders", "two runs", "goes with the current"],
 )
 def test_what_is_no_zero_is_left_alone(means):
-    assert not run_zeros(left(means), driven(means.size), np.zeros(means.size)).any()
+    assert not run_zeros(seen(means), driven(means.size), np.zeros(means.size)).any()
 
 
 def steady_runs(damper, zeros_n=SPREAD_N) -> Campaign:
@@ -120,19 +124,12 @@ def test_what_a_wrong_model_misses_in_the_mean_is_no_zero():
 GAINS = np.array([0.008, -0.011, 0.004, -0.006, 0.012, -0.007])
 
 
-def scaled(gains: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """What is left of runs measured larger by such shares, and their modelled force."""
-    forces = [800.0 * np.sin(np.arange(4000) / 60.0 + k) for k in range(gains.size)]
-    rests = zip(gains, forces, left(SPREAD_N[: gains.size]), strict=True)
-    return [g * f + rest for g, f, rest in rests], forces
-
-
-def test_each_runs_scale_is_what_its_error_has_of_the_force():
-    assert run_gains(*scaled(GAINS), driven()) == pytest.approx(GAINS - GAINS.mean(), abs=5e-4)
+def test_each_runs_scale_is_what_is_seen_of_it():
+    assert run_gains(seen(GAINS, 1e-4), driven()) == pytest.approx(GAINS - GAINS.mean(), abs=5e-4)
 
 
 def test_a_scale_of_all_runs_is_the_models():
-    assert run_gains(*scaled(GAINS + 0.02), driven()) == pytest.approx(GAINS - GAINS.mean(), abs=5e-4)
+    assert run_gains(seen(GAINS + 0.02, 1e-4), driven()) == pytest.approx(GAINS - GAINS.mean(), abs=5e-4)
 
 
 @pytest.mark.parametrize(
@@ -155,8 +152,7 @@ def test_a_scale_of_all_runs_is_the_models():
     ],
 )
 def test_what_is_no_scale_is_left_alone(gains):
-    errors, forces = scaled(gains)
-    assert not run_gains(errors, forces, driven(gains.size)).any()
+    assert not run_gains(seen(gains, 1e-4), driven(gains.size)).any()
 
 
 def _scattered(campaign: Campaign, gains: np.ndarray) -> Campaign:
@@ -174,7 +170,7 @@ def test_runs_with_scales_of_their_own_miss_nothing_and_it_is_said():
 
 
 def test_fewer_runs_may_differ_in_scale_where_no_effect_explains_it():
-    assert run_gains(*scaled(GAINS[:5]), driven(5), 3) == pytest.approx(
+    assert run_gains(seen(GAINS[:5], 1e-4), driven(5), 3) == pytest.approx(
         GAINS[:5] - GAINS[:5].mean(), abs=5e-4
     )
     campaign = _scattered(steady_runs(shipped()), 2.0 * GAINS)
