@@ -192,7 +192,7 @@ def _search(
             break
         even, clean = evidence.rezeroed(here) if found else (evidence, here)
         if even is not evidence and is_the_rigs(best, clean):
-            evidence, here = even, clean
+            evidence, here, most = even, clean, most + 1
             continue
         if is_filters(best):
             here, most = settled(best.proof, evidence.folds), most + 1

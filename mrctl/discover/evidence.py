@@ -295,10 +295,7 @@ class Evidence:
 
         Nor what hangs on when between two samples a current stepped.
         """
-        return self._steady(fit, fit.model.on(self.full).predict(fit.theta))
-
-    def _steady(self, fit: JointFit, forces: Sequence[Array]) -> list[Array]:
-        """`steady_errors` of forces in N that a fit makes of the full records."""
+        forces = fit.model.on(self.full).predict(fit.theta)
         starts = [fit.model.settle_blocks(fit.theta, r) * fit.model.factor(r) // r.finer for r in self.full]
         return [
             without_steps(r, (r.force_n - force)[:: r.finer][start:])
