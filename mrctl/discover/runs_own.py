@@ -50,7 +50,7 @@ class RunsOwn:
         tangent = Tangent.of(fit)
         modelled = fit.model.predict(fit.theta)
         ones = tangent.blocks([np.ones(f.size) for f in modelled])
-        waves = tangent.blocks([f - f.mean() for f in modelled])
+        waves = tangent.blocks(modelled)
         ends = np.cumsum([block.size for block in ones])[:-1]
         rests, slopes = np.split(tangent.residual, ends), np.split(tangent.slopes, ends, axis=1)
         runs = len(rests)
