@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import pearsonr
 
-from mrctl.discover.runs_own import FULL_SCALE, Own
+from mrctl.discover.runs_own import Own
+from mrctl.discover.screen import ranges_of
 from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
@@ -46,7 +47,7 @@ def run_zeros(seen_n: Own, records: Sequence[Record], before_n: Array) -> Array:
     zeros = seen_n.values + before_n
     middle = float(zeros.mean())
     apart = zeros - middle
-    share = apart / max(float(np.quantile(np.abs(r.force_n), FULL_SCALE)) for r in records)
+    share = apart / ranges_of(records).force_n
     far = float(np.max(np.abs(share)))
     if far > LARGEST and not (
         share.size >= MANY_RUNS

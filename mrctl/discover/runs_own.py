@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
+from mrctl.discover.screen import ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.noise import correlation_inflation
@@ -21,7 +22,6 @@ from mrctl.identify.noise import correlation_inflation
 Array = NDArray[np.float64]
 
 USUAL_ZERO, USUAL_SCALE = 0.005, 0.01  # of the largest force, and of each: how far a rig's usually scatter
-FULL_SCALE = 0.995  # quantile of the absolute force that counts as the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +60,7 @@ class RunsOwn:
         right = np.concatenate([p @ r for p, r in zip(pairs, rests, strict=True)])[order]
         whole = block_diag(*(p @ p.T for p in pairs))[np.ix_(order, order)]
         beyond = whole - tangent.absorbed(along)
-        largest = max(float(np.quantile(np.abs(r.force_n), FULL_SCALE)) for r in fit.model.records)
-        usual = np.repeat([USUAL_ZERO * largest, USUAL_SCALE], runs)
+        usual = np.repeat([USUAL_ZERO * ranges_of(fit.model.records).force_n, USUAL_SCALE], runs)
         spread = np.linalg.inv(beyond + np.diag(usual**-2.0))
         by_noise = spread @ beyond @ spread
         values = spread @ right
