@@ -2,7 +2,7 @@
 
 The clock is that of the force (else of the motion) over the time that all channels cover. Sensors are
 interpolated along straight lines; what a driver was asked for is held until the next value, as the driver
-does.
+does (`onto`).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from mrctl.errors import InputError, Problem
 from mrctl.measurements.assemble import MIN_ROWS
 from mrctl.measurements.clock import GAP_SAMPLES
+from mrctl.measurements.onto import is_held, onto
 from mrctl.measurements.run import BY_ATTRIBUTE, FloatArray
 
 _CLOCK = ("force_n", "velocity_m_s", "displacement_m", "acceleration_m_s2")
@@ -46,8 +47,12 @@ def align(path: Path, sampled: Mapping[str, Sampled]) -> tuple[dict[str, FloatAr
         raise InputError.at(path, what, "are they from the same recording?")
     places = np.arange(int((end - start) / step * (1 + 1e-12)) + 1, dtype=np.float64)
     grid = start + step * places
-    channels = {name: _onto(grid, channel, name) for name, channel in sampled.items()}
-    held = ", ".join(BY_ATTRIBUTE[name].column for name in channels if BY_ATTRIBUTE[name].held)
+    channels = {name: onto(grid, channel.time_s, channel.values, name) for name, channel in sampled.items()}
+    held = ", ".join(
+        BY_ATTRIBUTE[name].column
+        for name, channel in sampled.items()
+        if is_held(grid, channel.time_s, channel.values, name)
+    )
     note = f"on the clock of {BY_ATTRIBUTE[leader].column}, {1 / step:.6g} Hz; other channels interpolated"
     notes = [note + (f", {held} held" if held else ""), f"time_s counts from {start:.6f} s of the recording"]
     return {"time_s": grid - start, **channels}, notes
@@ -83,10 +88,3 @@ def _without_repeats(channel: Sampled) -> Sampled:
     """Of several samples with the same stamp, the last."""
     last = np.append(np.diff(channel.time_s) > 0, [True])
     return channel if last.all() else Sampled(channel.time_s[last], channel.values[last])
-
-
-def _onto(grid: FloatArray, channel: Sampled, name: str) -> FloatArray:
-    if BY_ATTRIBUTE[name].held:
-        places = np.searchsorted(channel.time_s, grid, side="right") - 1
-        return channel.values[np.clip(places, 0, len(channel.values) - 1)]
-    return np.interp(grid, channel.time_s, channel.values)

@@ -13,6 +13,7 @@ from mrctl.measurements.averaging import averaged_over_s, note_of
 from mrctl.measurements.clock import Clock, settle_clock
 from mrctl.measurements.derivative import differentiate
 from mrctl.measurements.integral import integrate
+from mrctl.measurements.onto import onto
 from mrctl.measurements.run import BY_ATTRIBUTE, KINEMATICS, FloatArray, IntArray, Run
 from mrctl.measurements.smoothed_velocity import is_smoothed_stroke
 
@@ -84,7 +85,7 @@ def assemble(raw: RawRun, *, need_force: bool = True, need_current: bool = True)
         clock = settled
     notes, lines = list(raw.notes), raw.lines
     if time is not None and clock.resample:
-        channels = {name: _onto(clock.time_s, time, values, name) for name, values in channels.items()}
+        channels = {name: onto(clock.time_s, time, values, name) for name, values in channels.items()}
         if lines is not None:
             nearest = np.searchsorted(time, clock.time_s)
             lines = lines[np.clip(nearest, 0, count - 1)]
@@ -155,15 +156,6 @@ def _not_finite(raw: RawRun) -> list[Problem]:
                 Problem(str(raw.file), raw.row(int(bad[0])), what, "fill in the value, or remove the row")
             )
     return problems
-
-
-def _onto(grid: FloatArray, time: FloatArray, values: FloatArray, name: str) -> FloatArray:
-    """A channel on another clock: straight lines between samples; what a driver was asked for is held."""
-    if values.ndim == 0 or len(values) == 1:
-        return values
-    if BY_ATTRIBUTE[name].held:
-        return values[np.clip(np.searchsorted(time, grid, side="right") - 1, 0, len(values) - 1)]
-    return np.interp(grid, time, values)
 
 
 def _derive(channels: dict[str, FloatArray], dt: float, notes: list[str]) -> tuple[str, ...]:
