@@ -40,6 +40,7 @@ FORESEEN = 0.6  # of what they take off held-out data and what is missed there t
 MANY_FOLDS = 4
 OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
 AS_MUCH = 0.97  # of what the effects take, that one course takes without them, if it is seen beside them too
+AS_LITTLE = 1.03  # times what they leave, that it may leave, where they leave but noise
 NEARLY_AS_GOOD, MOST_OTHERS = 0.7, 2  # of the gain of an effect found, and how many such others are kept
 NAMING = ("found", "ambiguous")  # verdicts that name effects
 
@@ -199,8 +200,8 @@ def stranger(
 
     alone, beside: the courses of what the base leaves, and the final model. It takes more without the effects
     than they do, and they have more parameters; or it is still seen beside them, and takes about as much.
-    cleared: the effects leave but noise, so a course that takes less of the error is not better for its fewer
-    parameters, or for where it takes it.
+    cleared: the effects leave but noise, so a course that leaves more is not better for its fewer parameters,
+    or for where it takes it; of a large error, a course that takes nearly all may leave far more.
     """
     names = {trial.effect.name for trial, _ in stands}
     gain = log_gain(base, final)
@@ -209,7 +210,9 @@ def stranger(
     for course in alone:
         if not course.certain or course.alike & names:
             continue
-        as_much = course.share * base.mean_square > AS_MUCH * taken
+        leaves = (1.0 - course.share) * base.mean_square
+        as_little = leaves < AS_LITTLE * final.mean_square
+        as_much = as_little if cleared else course.share * base.mean_square > AS_MUCH * taken
         better = course.gain > gain + CLOSE_SCORE and (as_much or not cleared)
         if better or (course.words in seen and as_much):
             return course

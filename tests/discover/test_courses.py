@@ -93,6 +93,20 @@ def course(words: str, share: float, gain: float, *alike: str, chance: float = 0
     return Course(words, share, gain, gain - 14.0, chance, 0.0, frozenset(alike))
 
 
+WARMTH = SimpleNamespace(effect=SimpleNamespace(name="warmth"), parameters=2)
+
+
+def proof(mean_square):
+    """That a model leaves so much, in N², of a thousand samples."""
+    return SimpleNamespace(
+        mean_square=mean_square,
+        inside=np.array([1000.0 * mean_square]),
+        counts=np.array([1000.0]),
+        colour=np.array([1.0]),
+        independent=1000.0,
+    )
+
+
 @pytest.mark.parametrize(
     ("alone", "beside", "which"),
     [
@@ -106,17 +120,15 @@ def course(words: str, share: float, gain: float, *alike: str, chance: float = 0
     ],
 )
 def test_a_course_that_says_more_than_an_effect_takes_its_name_away(alone, beside, which):
-    def proof(mean_square):
-        return SimpleNamespace(
-            mean_square=mean_square,
-            inside=np.array([1000.0 * mean_square]),
-            counts=np.array([1000.0]),
-            colour=np.array([1.0]),
-            independent=1000.0,
-        )
+    found = stranger(proof(100.0), proof(10.0), [(WARMTH, None)], [alone], beside)
+    assert (found and found.words) == which
 
-    trial = SimpleNamespace(effect=SimpleNamespace(name="warmth"), parameters=2)
-    found = stranger(proof(100.0), proof(10.0), [(trial, None)], [alone], beside)
+
+@pytest.mark.parametrize(("share", "which"), [(0.89, None), (0.899, "fades")])
+def test_where_an_effect_leaves_but_noise_a_course_must_leave_as_little(share, which):
+    """Nearly all of a large error may still be far from all of it: 11 N² are left, or 10.1, of 100."""
+    alone = course("fades", share, 3000.0)
+    found = stranger(proof(100.0), proof(10.0), [(WARMTH, None)], [alone], (), cleared=True)
     assert (found and found.words) == which
 
 
