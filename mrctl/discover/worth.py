@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from mrctl.discover.constancy import Change, changes_of
 from mrctl.discover.elsewhere import elsewhere
+from mrctl.discover.finer_tables import finer_score
 from mrctl.discover.proof import Proof
 from mrctl.identify.joint_fit import NORMAL_95, half_width_95
 from mrctl.model.effects.base import Effect, Parameter, Vector
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 SIGNIFICANCE = 0.01  # over all candidates together
 LEAST_SCORE = 10.0  # BIC
 LEAST_OF_FORCE = 1e-3  # in RMS of the force's: less may be tables that are straight between knots
+SMALL_OF_FORCE = 5e-4  # as LEAST_OF_FORCE, of an effect that says more than finer tables would
 LEAST_SHARE = 0.05  # of the mean square that an effect must take off, ...
 LOUD_SHARE, LOUD_OF_FORCE = 0.01, 2e-3  # ... or this, where it is that much of the force, ...
 LATER_SHARE = 0.04  # ... and of what all take off: less may be the first one's form that is not quite so, ...
@@ -48,9 +50,18 @@ def accepted(trial: Trial, before: Proof, candidates: int) -> bool:
     return (
         trial.chance * candidates < SIGNIFICANCE
         and trial.score > LEAST_SCORE
-        and before.mean_square - trial.proof.mean_square > least_n2(before)
         and trial.proof.predicts_better_than(before)
+        and _is_more_than_form(trial, before)
     )
+
+
+def _is_more_than_form(trial: Trial, before: Proof) -> bool:
+    """Whether an effect takes more than the form of tables may, or a fair share that finer ones would not."""
+    taken = before.mean_square - trial.proof.mean_square
+    if taken > least_n2(before):
+        return True
+    fair = max(LEAST_SHARE * before.mean_square, SMALL_OF_FORCE**2 * force_n2(before))
+    return taken > fair and trial.score > finer_score(before, trial.proof.colour)
 
 
 def least_n2(before: Proof) -> float:
