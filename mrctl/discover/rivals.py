@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from mrctl.discover.screen import Look, Screen
 from mrctl.discover.search import Level, Trial
 from mrctl.discover.tangent import Tangent
+from mrctl.discover.worth import is_nothing
 from mrctl.identify.effects_fit import bare_damper
-from mrctl.model.effects.base import Effect
+from mrctl.model.effects.base import Effect, Vector
 from mrctl.simulate import stages
 
 Array = NDArray[np.float64]
@@ -91,16 +92,37 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
 def _alike(chosen: Trial, level: Level, known: set[str]) -> list[Look]:
     """Looks, but for known ones, at a force of the same course that bounds kept from fitting as well."""
     own = next(one for one in level.looks if one.effect.name == chosen.effect.name)
-    alike = []
+    blocked = []
     for look in level.looks:
         name = look.effect.name
         if name in {chosen.effect.name, *known} or not (look.plausible and _one_sided(look.effect)):
             continue
         fits = next((t.gain for t in level.trials if t.effect.name == name), 0.0)
-        blocked = fits < BLOCKED * chosen.gain  # by its bounds: as itself it was not seen to fit worse
-        if blocked and same_direction(own, look) >= SAME_DIRECTION:
-            alike.append(look)
-    return alike
+        if fits < BLOCKED * chosen.gain:  # by its bounds: as itself it was not seen to fit worse
+            blocked.append(look)
+    own, *blocked = _plain([own, *blocked], level)
+    return [one for one in blocked if same_direction(own, one) >= SAME_DIRECTION]
+
+
+def _plain(seen: list[Look], level: Level) -> list[Look]:
+    """The looks, those that came to nothing without what their effects may do besides.
+
+    How late a mass's force comes says nothing where bounds left no mass, but its slopes hang on it. The model
+    may have found a better valley since, so that all are taken anew beside it.
+    """
+    values = [_plainest(one) for one in seen]
+    if values == [one.values for one in seen]:
+        return seen
+    screen = Screen(Tangent.of(level.before.fit))
+    return [screen.at(one.effect, there) for one, there in zip(seen, values, strict=True)]
+
+
+def _plainest(look: Look) -> Vector:
+    """A look's parameters, what is optional left out where they make no force."""
+    if not is_nothing(look.effect, look.values):
+        return look.values
+    both = zip(look.effect.parameters, look.values, strict=True)
+    return tuple(p.neutral if p.optional else x for p, x in both)
 
 
 def _alike_at_one_level(chosen: Trial, level: Level) -> set[str]:
