@@ -27,6 +27,7 @@ LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts,
 OF_SWELLING = (
     0.02  # of the force, what comes with its size and does not repeat: less, and a load cell's gain may
 )
+TRUE_TO = 2e-3  # of the force in RMS, what load cells are true to: without effects, less is nothing left
 STRANGE = 0.05  # ... or a course that no effect has
 SEEN = 0.02  # as STRANGE, for one that the effects found stand in place of
 IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales, ...
@@ -107,7 +108,7 @@ def balance_of(
         swelling = swells(errors, evidence.at_samples_of(errors, [r.force_n for r in evidence.full]))
     swelling = swelling if swelling > OF_SWELLING**2 * force_n2(final) else 0.0
     over = max(over, swelling, structured, shaken, strange * final.mean_square)
-    least = LEAST_OF_FORCE**2 * force_n2(final)
+    least = (TRUE_TO if bare else LEAST_OF_FORCE) ** 2 * force_n2(final)
     bursts = bursts_n2(errors, speeds)
     if bursts < OF_MOTION * budget.brought:
         bursts = 0.0

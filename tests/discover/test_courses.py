@@ -19,6 +19,7 @@ from mrctl.discover.figures import diagnosis_figures
 from mrctl.discover.proof import Proof
 from mrctl.discover.structure import Structure, structure_of
 from mrctl.discover.verdict import STRANGE, bursts_n2, stranger
+from mrctl.discover.worth import force_n2
 from mrctl.measurements.run import Campaign
 
 
@@ -216,3 +217,18 @@ def test_what_the_motion_s_noise_may_make_alone_is_no_structure(monkeypatch, sha
     monkeypatch.setattr(Evidence, "budget", lambda *_: noisy)
     left = Structure(budget.judged, 0.3 * budget.judged, 0.01 * budget.judged, ())
     assert (verdict.balance_of(evidence, base, left, []).left > 0.0) is counts
+
+
+@pytest.mark.parametrize(("of_force", "counts"), [(1.5e-3, False), (3e-3, True)])
+@pytest.mark.parametrize("named", [False, True])
+def test_less_than_a_load_cell_is_true_to_needs_no_explanation(monkeypatch, of_force, counts, named):
+    """of_force: what is certainly left of the force, in RMS; where an effect is named, that it is not all."""
+    evidence, base = base_of()
+    left_n2 = of_force**2 * force_n2(base)
+    budget = replace(evidence.budget(base.fit), certain=left_n2, brought=0.0)
+    budget = replace(budget, most_noise=budget.judged)
+    monkeypatch.setattr(Evidence, "budget", lambda *_: budget)
+    monkeypatch.setattr(verdict, "is_indifferent", lambda *_: False)
+    nothing = Structure(budget.judged, 0.0, 0.0, ())
+    balance = verdict.balance_of(evidence, base, nothing, [], bare=not named)
+    assert (balance.left > 0.0) is (counts or named)
