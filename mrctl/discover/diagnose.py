@@ -10,6 +10,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.balance import Balance
 from mrctl.discover.constancy import Change
 from mrctl.discover.courses import Course
 from mrctl.discover.evidence import Evidence
@@ -25,7 +26,7 @@ from mrctl.discover.scales import evened, is_the_rigs, scales_instead
 from mrctl.discover.search import Level, Trial, search_level
 from mrctl.discover.stands import confirmed, constant, retimed
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.verdict import EXPLAINED, NAMING, Balance, Found, Judged, judged_by
+from mrctl.discover.verdict import EXPLAINED, NAMING, Found, Judged, judged_by
 from mrctl.discover.worth import accepted, matters
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect

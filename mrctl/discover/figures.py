@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.balance import STRANGE
 from mrctl.discover.courses import Course
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.lines import Line
 from mrctl.discover.search import Trial
-from mrctl.discover.verdict import STRANGE
 from mrctl.discover.worth import accepted
 from mrctl.identify.joint_fit import JointFit, half_width_95
 from mrctl.model.effects.card import card

@@ -11,14 +11,15 @@ import pytest
 from discover.hidden import one_current, rich
 from scipy.signal import lfilter
 
-from mrctl.discover import verdict
+from mrctl.discover import balance as balances
+from mrctl.discover.balance import STRANGE, bursts_n2
 from mrctl.discover.courses import Course, courses_of
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.figures import diagnosis_figures
 from mrctl.discover.proof import Proof
 from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.verdict import STRANGE, bursts_n2, stranger
+from mrctl.discover.verdict import stranger
 from mrctl.discover.worth import force_n2
 from mrctl.measurements.run import Campaign
 
@@ -203,9 +204,9 @@ def test_bursts_of_the_motion_s_own_noise_are_not_the_load_cell_s(monkeypatch, b
     evidence, base = base_of()
     budget = evidence.budget(base.fit)
     monkeypatch.setattr(Evidence, "budget", lambda *_: replace(budget, brought=brought))
-    monkeypatch.setattr(verdict, "bursts_n2", lambda *_: 150.0)
+    monkeypatch.setattr(balances, "bursts_n2", lambda *_: 150.0)
     left = structure_of(base.fit, evidence.folds)
-    assert bool(verdict.balance_of(evidence, base, left, []).bursts) is counts
+    assert bool(balances.balance_of(evidence, base, left, []).bursts) is counts
 
 
 @pytest.mark.parametrize(("share", "counts"), [(0.5, True), (1.0, False)])
@@ -216,7 +217,7 @@ def test_what_the_motion_s_noise_may_make_alone_is_no_structure(monkeypatch, sha
     noisy = replace(budget, brought=share * budget.judged, most_noise=budget.judged, certain=0.0)
     monkeypatch.setattr(Evidence, "budget", lambda *_: noisy)
     left = Structure(budget.judged, 0.3 * budget.judged, 0.01 * budget.judged, ())
-    assert (verdict.balance_of(evidence, base, left, []).left > 0.0) is counts
+    assert (balances.balance_of(evidence, base, left, []).left > 0.0) is counts
 
 
 @pytest.mark.parametrize(("of_force", "counts"), [(1.5e-3, False), (3e-3, True)])
@@ -228,7 +229,7 @@ def test_less_than_a_load_cell_is_true_to_needs_no_explanation(monkeypatch, of_f
     budget = replace(evidence.budget(base.fit), certain=left_n2, brought=0.0)
     budget = replace(budget, most_noise=budget.judged)
     monkeypatch.setattr(Evidence, "budget", lambda *_: budget)
-    monkeypatch.setattr(verdict, "is_indifferent", lambda *_: False)
+    monkeypatch.setattr(balances, "is_indifferent", lambda *_: False)
     nothing = Structure(budget.judged, 0.0, 0.0, ())
-    balance = verdict.balance_of(evidence, base, nothing, [], bare=not named)
+    balance = balances.balance_of(evidence, base, nothing, [], bare=not named)
     assert (balance.left > 0.0) is (counts or named)
