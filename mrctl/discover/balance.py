@@ -63,9 +63,8 @@ def balance_of(
     """
     budget = evidence.budget(final.fit)
     # What the motion's noise makes goes with the motion as measured: no signal tells it from physics.
-    drowned = budget.brought >= budget.judged
-    told = left.significant and not drowned
-    certain = [c for c in courses if c.certain and not drowned]
+    told = left.significant and not budget.drowned
+    certain = [c for c in courses if c.certain and not budget.drowned]
     unknown = not told and not certain
     structured = left.explained_n2 if told and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
@@ -78,7 +77,9 @@ def balance_of(
     shaken = 0.0 if line is None else line.mean_square_n2
     strange = max((c.share for c in certain if c.share > STRANGE), default=0.0)
     over = budget.unseen if bare and unknown else budget.excess
-    if unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors), rates):
+    if budget.drowned:
+        over = budget.certain
+    elif unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors), rates):
         over = 0.0
     swelling = 0.0
     if bare and budget.measured:

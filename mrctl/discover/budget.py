@@ -45,6 +45,14 @@ class Budget:
         return max(self.judged - self.most_noise, self.certain, 0.0)
 
     @property
+    def drowned(self) -> bool:
+        """Whether the noise of the motion makes as much as is left by itself.
+
+        It does not repeat, but where the damper is steep a fit to it is blurred, and its misses do.
+        """
+        return self.brought >= self.judged
+
+    @property
     def unseen(self) -> float:
         """The excess of what no signal predicts: where no run repeats, more of that may be noise."""
         if self.measured:

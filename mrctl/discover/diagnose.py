@@ -159,10 +159,12 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
 def _less_what_is_slight(evidence: Evidence, base: Proof, judged: Judged) -> Judged:
     """The base alone, where all that it leaves may be noise and effects took a little that is not borne out.
 
-    Else the verdict as it is.
+    Nor is it where the noise of the motion makes as much. Else the verdict as it is.
     """
     taken = base.mean_square - judged.final.mean_square
-    if judged.verdict != "unexplained" or not judged.stands or taken > SLIGHT * base.mean_square:
+    if not judged.stands or taken > SLIGHT * base.mean_square:
+        return judged
+    if judged.verdict in NAMING and not evidence.budget(base.fit).drowned:
         return judged
     alone = judged_by(evidence, base, base, [])
     return alone if alone.verdict == "none" else judged

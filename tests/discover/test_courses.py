@@ -220,6 +220,18 @@ def test_what_the_motion_s_noise_may_make_alone_is_no_structure(monkeypatch, sha
     assert (balances.balance_of(evidence, base, left, []).left > 0.0) is counts
 
 
+def test_what_repeats_beside_as_much_of_the_motion_s_noise_is_not_certain(monkeypatch):
+    """A fit to a noisy motion is blurred where the damper is steep, and misses the same in each cycle."""
+    evidence, base = base_of()
+    budget = evidence.budget(base.fit)
+    budget = replace(budget, measured=True, most_noise=0.5 * budget.judged, certain=0.0)
+    nothing = Structure(budget.judged, 0.0, 0.0, ())
+    for brought, counts in ((0.0, True), (1.1 * budget.judged, False)):
+        noisy = replace(budget, brought=brought)
+        monkeypatch.setattr(Evidence, "budget", lambda *_, noisy=noisy: noisy)
+        assert (balances.balance_of(evidence, base, nothing, [], bare=True).left > 0.0) is counts
+
+
 @pytest.mark.parametrize(("of_force", "counts"), [(1.5e-3, False), (3e-3, True)])
 @pytest.mark.parametrize("named", [False, True])
 def test_less_than_a_load_cell_is_true_to_needs_no_explanation(monkeypatch, of_force, counts, named):

@@ -134,3 +134,12 @@ def test_what_does_not_repeat_and_comes_with_the_force_swells():
     fast = [e * f / 100.0 for e, f in zip(_noise(0.0), forces, strict=True)]
     assert swells(fast, forces) == 0.0
     assert swells([np.zeros(SAMPLES) for _ in range(RUNS)], forces) == 0.0
+
+
+@pytest.mark.parametrize(("drowned", "verdict"), [(True, "none"), (False, "found")])
+def test_a_little_beside_as_much_of_the_motions_noise_is_nothing(monkeypatch, drowned, verdict):
+    monkeypatch.setattr(module, "judged_by", lambda *_: SimpleNamespace(verdict="none"))
+    judged = SimpleNamespace(verdict="found", stands=[None], final=SimpleNamespace(mean_square=95.0))
+    base = SimpleNamespace(mean_square=100.0, fit=None)
+    evidence = SimpleNamespace(budget=lambda _: SimpleNamespace(drowned=drowned))
+    assert module._less_what_is_slight(evidence, base, judged).verdict == verdict
