@@ -120,7 +120,8 @@ def open_port(
     bit/s; SocketCAN ignores them, its interface has been set up by the system. fd: send CAN FD frames with a
     bit rate switch, receive such too. wanted_ids: identifiers to receive, bit 31 set for extended ones; no
     other data frame comes through. stale_after_s: frames that waited for longer, behind FRAMES_PER_CALL
-    others or while nobody asked for them, are thrown away (SocketCAN only, by the kernel's time stamps).
+    others or while nobody asked for them, are thrown away, as is all that a held-up call read (SocketCAN
+    only, by the kernel's time stamps).
     Raises BusError with the mend where the bus cannot be opened.
     """
     wanted = frozenset(wanted_ids)

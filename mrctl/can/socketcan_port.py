@@ -139,8 +139,10 @@ class SocketCanPort:
             frames = self._receive_fresh()
         else:
             frames = self._receive()
-            if len(frames) == FRAMES_PER_CALL:
-                frames = self._without_stale(frames)
+            # Held up meanwhile, or with more behind the last of these, which is stale: then all may be.
+            held_up = self._clock_s() - now_s > self._stale_after_s
+            if held_up or (len(frames) == FRAMES_PER_CALL and self._last_is_stale()):
+                frames = self._receive_fresh(len(frames))
         self.counters.received += len(frames)
         return frames
 
@@ -195,35 +197,26 @@ class SocketCanPort:
         data = frame[linux.DATA_OFFSET : linux.DATA_OFFSET + length]
         return (can_id if self._fd else can_id | FD_FLAG), data
 
-    def _without_stale(self, frames: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        """More wait behind these: where the last of them is stale all are, and the next are looked at.
+    def _last_is_stale(self) -> bool:
+        """Whether the frame read last had waited for too long; not in a kernel without time stamps.
 
         Both clocks are the wall clock, so its steps only concern what waits when it steps.
         """
-        thrown = 0
-        with contextlib.suppress(OSError):  # a kernel without time stamps
-            for _ in range(STALE_CALLS_MAX):
-                if self._wall_clock_s() - linux.last_stamp_s(self._socket) <= self._stale_after_s:
-                    break
-                thrown += len(frames)
-                frames = self._receive()
-                if len(frames) < FRAMES_PER_CALL:
-                    break
-        self._tell_stale(thrown)
-        return frames
+        with contextlib.suppress(OSError):
+            return self._wall_clock_s() - linux.last_stamp_s(self._socket) > self._stale_after_s
+        return False
 
-    def _receive_fresh(self) -> list[tuple[int, bytes]]:
-        """Frame by frame, after nobody has asked for a while: few may wait, and all of them be old."""
+    def _receive_fresh(self, thrown: int = 0) -> list[tuple[int, bytes]]:
+        """Frame by frame, after nobody has asked for a while: few may wait, and all of them be old.
+
+        thrown: how many were read and thrown away before.
+        """
         fresh: list[tuple[int, bytes]] = []
-        thrown = 0
         for _ in range(STALE_CALLS_MAX * FRAMES_PER_CALL):
             one = self._receive(1) or self._receive(1)  # the first may have been news of the link
             if not one:
                 break
-            waited_s = 0.0
-            with contextlib.suppress(OSError):  # a kernel without time stamps
-                waited_s = self._wall_clock_s() - linux.last_stamp_s(self._socket)
-            if waited_s > self._stale_after_s:
+            if self._last_is_stale():
                 thrown += 1
                 continue
             fresh += one

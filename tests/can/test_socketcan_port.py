@@ -31,6 +31,7 @@ class FakeKernel:
         self.dropped: int | None = None
         self.endless = False
         self.waited_s: list[float] = []  # of the last frame of a full call, from one question to the next
+        self.held_up_s: list[float] = []  # before a frame is read
         self.options: list[tuple[int, int, object]] = []
         self.binds: list[object] = []
         self.now_s = 100.0
@@ -60,6 +61,7 @@ class FakeKernel:
         if self.receive_errors:
             number = self.receive_errors.pop(0)
             raise OSError(number, os.strerror(number))
+        self.now_s += self.held_up_s.pop(0) if self.held_up_s else 0.0
         data, _, flags, address = self.ours.recvmsg(size, ancillary_size)
         if self.endless:
             self.bus.send(data)
@@ -185,9 +187,31 @@ def test_frames_that_waited_for_too_long_behind_others_are_thrown_away_and_count
     kernel.frame(0x110, b"x")
     kernel.waited_s = [3.0, 2.0, 0.05]
     assert len(port.receive()) == FRAMES_PER_CALL
-    assert port.counters.stale == 2 * FRAMES_PER_CALL
+    assert port.counters.stale == FRAMES_PER_CALL + 1
     assert port.counters.received == FRAMES_PER_CALL
     assert _kinds(port) == ["frames_stale"]
+
+
+def test_the_few_behind_a_full_call_of_stale_frames_are_asked_one_by_one(kernel: FakeKernel) -> None:
+    port = _port(kernel)
+    for data in (b"old",) * (FRAMES_PER_CALL + 2) + (b"new",):
+        kernel.frame(0x110, data)
+    kernel.waited_s = [2.0, 1.9, 1.8, 0.01]
+    assert port.receive() == [(0x110, b"new")]
+    assert port.counters.stale == FRAMES_PER_CALL + 2
+
+
+def test_what_was_read_while_the_call_itself_was_held_up_is_not_fresh(kernel: FakeKernel) -> None:
+    """A controller that is stopped in the middle of the call finds what came meanwhile, and reads on."""
+    port = _port(kernel)
+    kernel.held_up_s = [2.0]
+    for data in (b"0", b"1", b"2"):
+        kernel.frame(0x110, data)
+    assert port.receive() == []
+    assert (port.counters.stale, port.counters.received) == (3, 0)
+    assert _kinds(port) == ["frames_stale"]
+    kernel.frame(0x110, b"new")
+    assert port.receive() == [(0x110, b"new")]
 
 
 def test_a_full_call_of_fresh_frames_loses_none(kernel: FakeKernel) -> None:
