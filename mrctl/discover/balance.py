@@ -20,11 +20,11 @@ from mrctl.identify.noise import SCALE
 
 Array = NDArray[np.float64]
 
+TRUE_TO = 2e-3  # of the force in RMS, what load cells are true to: without effects, less is nothing left
 LEFT_OF_NOISE = 0.15  # of what is left, that maps may predict before it counts, ...
 OF_SWELLING = (
     0.02  # of the force, what comes with its size and does not repeat: less, and a load cell's gain may
 )
-TRUE_TO = 2e-3  # of the force in RMS, what load cells are true to: without effects, less is nothing left
 STRANGE = 0.05  # ... or a course that no effect has
 IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales, ...
 OF_MOTION = 3.0  # ... times what the motion's noise makes, which comes and goes as the damper is steep, ...
