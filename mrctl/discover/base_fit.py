@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.plain_lags import with_lag_of_two, with_plain_lag
+from mrctl.identify.processes import in_processes
 from mrctl.identify.records import Record, possible_rise_k
 from mrctl.model.effects.base import Effect, Vector
 
@@ -37,13 +39,11 @@ def base_fit(
     theta = np.concatenate([fit.theta[: fit.model.layout.size], model.effects.pack(values or {})])
     model.reweigh(theta)
     penalties = weighed_as(fit.penalties, model.penalties())
-    fit = model.fit(theta, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
+    fitted = partial(JointModel.fit, model, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5)
+    fit = fitted(theta)
     if start is not None:  # the fit that all rests on: in no worse valley than plain lags lead to
         lags = with_plain_lag(model, fit.theta), with_lag_of_two(model, fit.theta)
-        others = [
-            model.fit(one, penalties=penalties, rounds=1, iterations=30, tolerance=1e-5) for one in lags
-        ]
-        fit = min(fit, *others, key=lambda one: one.total)
+        fit = min(fit, *in_processes(fitted, lags, [model]), key=lambda one: one.total)
     return fit
 
 

@@ -18,6 +18,7 @@ from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import Penalty, weighed_as
 from mrctl.identify.plain_lags import free_to_be_late, with_lag_of_two, with_late_split, with_plain_lag
+from mrctl.identify.processes import in_processes
 from mrctl.identify.solver import covariance
 from mrctl.model.effects.base import Effect, Stage, Vector
 
@@ -186,7 +187,8 @@ def settled(proof: Proof, folds: Folds) -> Proof:
     fit = proof.fit
     model, free = fit.model, fit.moving
     starts = [with_lag_of_two(model, fit.theta), *warmer(fit)]
-    least = min((_quick(model, one, fit.penalties, free) for one in starts), key=lambda one: one.total)
+    fits = in_processes(partial(_quick, model, penalties=fit.penalties, free=free), starts, [model])
+    least = min(fits, key=lambda one: one.total)
     moved = least.total < fit.total - WORTH_MOVING
     fit = least if moved else fit
     quiet = proof.mean_square < QUIETER * float(np.mean(model.noise_n**2))

@@ -15,8 +15,8 @@ from mrctl.discover.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.parallel import in_parallel
 from mrctl.identify.penalties import weighed_as
+from mrctl.identify.processes import in_processes
 from mrctl.model.effects.base import Effect, Stage, Vector
 
 CLIMBED = 7
@@ -40,7 +40,7 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
         promised = few[id(parts[place])].glance(candidates[place])
         return sorted(((more * promise, start) for promise, start in promised), key=lambda g: -g[0])
 
-    glances = in_parallel(glance, range(len(candidates)))
+    glances = in_processes(glance, range(len(candidates)))
     order = sorted(range(len(candidates)), key=lambda k: -glances[k][0][0])
     screen = Screen(tangent, ranges)
 
@@ -50,7 +50,8 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
         far = _far_look(screen, effect)
         return max([*found, far] if far else found, key=lambda one: one.gain)
 
-    return sorted(in_parallel(look, range(len(order))), key=lambda one: -one.gain)
+    found = in_processes(look, range(len(order)), [*candidates, *tangent.fit.model.common])
+    return sorted(found, key=lambda one: -one.gain)
 
 
 def _climbed(screen: Screen, effect: Effect, glanced: Sequence[tuple[float, Vector]]) -> list[Look]:

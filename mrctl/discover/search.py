@@ -17,8 +17,8 @@ from mrctl.discover.screen import Look, ranges_of
 from mrctl.discover.tangent import Tangent
 from mrctl.discover.worth import least_n2
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.parallel import in_parallel
 from mrctl.identify.plain_lags import with_lag_of_two
+from mrctl.identify.processes import in_processes
 from mrctl.model.effects.base import Effect, Stage
 
 Array = NDArray[np.float64]
@@ -100,7 +100,7 @@ def search_level(
         ]
         if not promising:
             break
-        trials += in_parallel(partial(tried, before, tangent, folds), promising)
+        trials += _all_tried(before, tangent, folds, promising)
         done(", ".join(one.effect.name for one in promising))
         # A look that its fit does not bear out must not keep others from being fitted.
         best = max((before.mean_square - t.proof.mean_square) / n2 * whole for t in trials)
@@ -110,7 +110,7 @@ def search_level(
         rest = float(frozen.residual @ frozen.residual)
         seen_there = [one for one in looks(frozen, cheap) if one.gain > NEAR * rest and one.acts_rarely]
         few = seen_there[:MOST_SECOND]
-        for trial in in_parallel(partial(tried, before, frozen, folds), few):
+        for trial in _all_tried(before, frozen, folds, few):
             same = next((t for t in trials if t.effect.name == trial.effect.name), None)
             if same is None or trial.proof.mean_square < same.proof.mean_square:
                 trials = [t for t in trials if t is not same] + [trial]
@@ -153,7 +153,9 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
         if t is not best
         and (t.gain >= CLOSE_TRIAL * best.gain or t.look.gain >= CLOSE_TRIAL * best.look.gain)
     ]
-    begun = in_parallel(lambda t: replace(t, proof=again(t.proof, there, folds)), close)
+    common = [one for t in close for one in (t.proof, *t.fit.model.common)]
+    proofs = in_processes(lambda t: again(t.proof, there, folds), close, common)
+    begun = [replace(t, proof=proof) for t, proof in zip(close, proofs, strict=True)]
     trials = begun + [t for t in trials if t not in close]
     colour = min(trials, key=lambda t: t.proof.mean_square).proof.colour
     return before, [_judged(before, t, colour) for t in trials]
@@ -167,6 +169,11 @@ def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
     proof = replace(trial.proof, colour=colour)
     gain = log_gain(before, proof)
     return replace(trial, proof=proof, gain=gain, chance=chance(gain, trial.parameters))
+
+
+def _all_tried(before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Look]) -> list[Trial]:
+    common = [*seen, *(one.effect for one in seen), *before.fit.model.common]
+    return in_processes(partial(tried, before, tangent, folds), seen, common)
 
 
 def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.refit import error_on, fitted, one_more
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.parallel import in_parallel
+from mrctl.identify.processes import in_processes
 from mrctl.identify.records import Record
 from mrctl.model.effects.base import Effect, Vector
 
@@ -50,7 +50,8 @@ class Unseen:
         training = [[r for r, p in zip(records, parts, strict=True) if p != k] for k in every]
         left_out = [[r for r, p in zip(measured, parts, strict=True) if p == k] for k in every]
         own = {e.name: values.get(e.name, e.typical) for e in known}
-        fits = in_parallel(lambda part: fitted(part, known, own, free=free), training)
+        common = [*known, *(r for part in training for r in part)]
+        fits = in_processes(lambda part: fitted(part, known, own, free=free), training, common)
         return cls(training, left_out, fits)
 
     @cached_property
@@ -63,7 +64,8 @@ class Unseen:
     ) -> Unseen:
         """The same with one more effect, the last of the chosen."""
         both = list(zip(self.fits, self.training, strict=True))
-        fits = in_parallel(lambda one: one_more(*one, chosen, values, free), both)
+        common = [*chosen, *(c for fit in self.fits for c in fit.model.common)]
+        fits = in_processes(lambda one: one_more(*one, chosen, values, free), both, common)
         return Unseen(self.training, self.left_out, fits)
 
     def foretells_better_than(self, other: Unseen) -> bool:

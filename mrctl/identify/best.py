@@ -16,7 +16,7 @@ from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint import WEIGHING_RATE_HZ, JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
-from mrctl.identify.parallel import in_parallel
+from mrctl.identify.processes import in_processes
 from mrctl.identify.records import Record, records_of
 from mrctl.identify.result import IdentificationResult, errors_of
 from mrctl.identify.slow_poles import misfit, within_reach
@@ -114,7 +114,7 @@ def rough_fit(records: Sequence[Record], order: int) -> JointFit:
         start = _search_and_fit(_lagged(some, layout.with_order(1), hz), layout)
         return _search_and_fit(start, layout)
 
-    best = min(in_parallel(from_lag, START_LAGS_HZ), key=misfit)
+    best = min(in_processes(from_lag, START_LAGS_HZ, [layout, *some]), key=misfit)
     for _ in range(MORE_SEARCHES):
         again = _search_and_fit(best, layout)
         gain = misfit(best) - misfit(again)

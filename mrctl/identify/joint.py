@@ -75,6 +75,19 @@ class JointModel:
         self.weights = 1.0 / self.noise_n**2
         self.forget()
 
+    def __getstate__(self) -> dict[str, object]:
+        """What goes to another process: all but what is made again when asked for."""
+        return {k: v for k, v in vars(self).items() if k not in {"inputs", "_forces", "_slopes"}}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        vars(self).update(state)
+        self.forget()
+
+    @property
+    def common(self) -> list[object]:
+        """What models of these records share, whatever their parameters and effects."""
+        return [self.layout, *self.records, *self.batches, *self.effects.chosen]
+
     @cached_property
     def inputs(self) -> list[base.Inputs]:
         """Each record's motion, current and temperature among the knots."""

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import cache
 from threading import Lock
 from typing import TypeVar
@@ -18,6 +19,7 @@ T = TypeVar("T")
 S = TypeVar("S")
 
 THREADS = 4  # for each processor: most of them wait for others
+_sharing = 1  # processes
 
 
 def in_parallel(function: Callable[[T], S], over: Iterable[T]) -> list[S]:
@@ -42,16 +44,41 @@ def in_parallel(function: Callable[[T], S], over: Iterable[T]) -> list[S]:
     return [found[place] for place in range(len(todo))]
 
 
-@cache
 def workers() -> int:
-    """How many threads a fit may use: MRCTL_WORKERS, or as many as there are processors."""
+    """How many threads a fit may use: this process's share of the processors."""
+    return max(1, _processors() // _sharing)
+
+
+@contextmanager
+def shared_by(processes: int) -> Iterator[None]:
+    """Meanwhile the processors are those of so many processes, this one and its copies."""
+    global _sharing  # noqa: PLW0603 - what a whole process may use
+    before, _sharing = _sharing, _sharing * processes
+    try:
+        yield
+    finally:
+        _sharing = before
+
+
+def begin_anew() -> None:
+    """In a copy of a process, which has none of its threads."""
+    _crew_of.cache_clear()
+
+
+@cache
+def _processors() -> int:
+    """MRCTL_WORKERS, or as many as there are for this process."""
     given = os.environ.get("MRCTL_WORKERS", "")
     return int(given) if given.isdigit() and int(given) else len(os.sched_getaffinity(0))
 
 
-@cache
 def _crew() -> _Crew:
-    return _Crew(workers())
+    return _crew_of(workers())
+
+
+@cache
+def _crew_of(processors: int) -> _Crew:
+    return _Crew(processors)
 
 
 class _Crew:
