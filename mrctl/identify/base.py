@@ -187,9 +187,10 @@ def level_rows(
     parts = layout.parts
     bb = backbone(inputs, t)
     first_f, _ = inputs.current.span
-    # f: an increment reaches every knot above it, so hats are summed from the top.
     hats = inputs.current.hats(weight * bb.h * layout.force_scale_n, factor)
-    rows = [np.cumsum(hats[::-1], axis=0)[::-1]]
+    for k in reversed(range(len(hats) - 1)):  # f: an increment reaches every knot above it
+        hats[k] += hats[k + 1]
+    rows = [hats]
     where = [np.arange(first_f, first_f + hats.shape[0]) + parts["f"].start]
     if layout.free_h.size:
         for values, index in _h_rows(inputs, layout, t, bb, weight, factor):
