@@ -454,6 +454,17 @@ def test_an_off_state_is_over_below_the_currents_at_which_a_damper_is_on(fade_a,
 
 
 @pytest.mark.parametrize(
+    ("velocity_m_s", "current_a", "factor"),
+    [(-0.3, 0.0, 0.8), (-0.3, 0.2, 0.9), (-0.3, 0.4, 1.0), (0.3, 0.0, 1.0)],
+)
+def test_near_0_a_compression_may_have_another_share_of_the_force(velocity_m_s, current_a, factor):
+    step = effects()["off_state_backbone"].step
+    assert step(
+        (0.0, 0.0, 0.1, 0.4, 1.0, -0.2), [], velocity_m_s, 0.0, current_a, 30.0, 1e-3
+    ) == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(
     ("preload_n", "stiffness_n_m", "is_one"),
     [(0.0, 800.0, True), (-150.0, 900.0, True), (-17.5, 1.5, False), (40.0, 0.0, False)],
 )

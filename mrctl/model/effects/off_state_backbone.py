@@ -29,6 +29,8 @@ def step(
         return 1.0
     ratio = velocity_m_s / p[2]
     change = p[0] / (1.0 + ratio * ratio) + p[1] * math.pow(abs(velocity_m_s), p[4])
+    if velocity_m_s < 0.0:
+        change += p[5]
     return max(1.0 + off * change, SMALLEST_FACTOR)
 
 
@@ -42,7 +44,8 @@ EFFECT = Effect(
     stage=Stage.FACTOR,
     summary="Near 0 A the fluid flows rather than yields: another force below the knee, another slope above.",
     equation=(
-        "factor = 1 + off (low_speed_change / (1 + (v / knee)^2) + growth |v|^power), "
+        "factor = 1 + off (low_speed_change / (1 + (v / knee)^2) + growth |v|^power"
+        " [+ compression_change if v < 0]), "
         "off = 1 - i1 / fade_current up to the fade current, then 0"
     ),
     source="The separable model's open point: its off-state error of 12 to 15 %. An empirical form.",
@@ -67,6 +70,18 @@ EFFECT = Effect(
             "fade_current_a", "A", 0.4, 0.02, MOST_FADE_A, 0.4, "current from which g is as when on", 0.1
         ),
         Parameter("power", "1", 1.0, 0.3, 3.0, 1.0, "exponent of that growth", optional=True),
+        Parameter(
+            "compression_change",
+            "1",
+            0.0,
+            -0.9,
+            3.0,
+            0.0,
+            "what is added to the change in compression",
+            0.03,
+            linear=True,
+            optional=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"current"}),
