@@ -78,13 +78,19 @@ def diagnose(
     known = evidence.sized(known)
     report(0.05, "base model")
     base = evidence.base(known, values)
-    evidence = evidence.steadied(base.fit).zeroed(base.fit)
-    early = evidence.synchronised(base.fit)
+    evidence = evidence.steadied(base.fit)
+    zeroed = evidence.zeroed(base.fit)
+    early = zeroed.synchronised(base.fit)
     found = _diagnosed(early, base, known, report)
-    if early is not evidence and found.found:
+    if early is not zeroed and found.found:
         # What is missing may have made the current seem late.
-        plain = _diagnosed(evidence, base, known, report)
+        plain = _diagnosed(zeroed, base, known, report)
         if _does_as_well(plain, found):
+            found = plain
+    if zeroed is not evidence and (found.found or found.verdict == "unexplained"):
+        # What is missing may have seemed to be the runs' own zeros.
+        plain = _diagnosed(evidence, base, known, report)
+        if _says_more(plain, found):
             found = plain
     return replace(found, seconds=time.monotonic() - began)
 
@@ -93,6 +99,12 @@ def _does_as_well(plain: Diagnosis, other: Diagnosis) -> bool:
     """Whether fewer effects explain as much."""
     fewer = len(plain.found) < len(other.found) and plain.verdict != "unexplained"
     return fewer and plain.balance.total < AS_WELL * other.balance.total
+
+
+def _says_more(plain: Diagnosis, other: Diagnosis) -> bool:
+    """Whether named effects explain more, and are no more of them if others are named."""
+    named = plain.verdict in NAMING and plain.balance.total < other.balance.total
+    return named and (other.verdict not in NAMING or len(plain.found) <= len(other.found))
 
 
 def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report) -> Diagnosis:

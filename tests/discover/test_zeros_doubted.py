@@ -1,0 +1,75 @@
+"""What is missing may have seemed to be the runs' own zeros: then the runs as measured are diagnosed too."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from mrctl.discover import diagnose as module
+from mrctl.discover.diagnose import Diagnosis
+
+
+class _Evidence:
+    """Evidence whose runs a base sees zeros in, or not."""
+
+    def __init__(self, *, zeros: bool):
+        self.taken = _Evidence(zeros=False) if zeros else self
+
+    def sized(self, known):
+        return known
+
+    def base(self, *_):
+        return SimpleNamespace(fit=None)
+
+    def steadied(self, _):
+        return self
+
+    def zeroed(self, _):
+        return self.taken
+
+    def synchronised(self, _):
+        return self
+
+
+def _diagnosis(verdict, found, total):
+    given = dict.fromkeys(Diagnosis.__dataclass_fields__)
+    return Diagnosis(
+        **given | {"verdict": verdict, "found": ["one"] * found, "balance": SimpleNamespace(total=total)}
+    )
+
+
+ZEROED = {"unexplained": ("unexplained", 1, 11.0), "found": ("found", 2, 11.0), "none": ("none", 0, 11.0)}
+
+
+@pytest.mark.parametrize(
+    ("zeroed", "plain", "better"),
+    [
+        ("unexplained", ("found", 1, 10.0), True),
+        ("unexplained", ("found", 3, 10.0), True),
+        ("unexplained", ("found", 1, 12.0), False),  # zeros explain more
+        ("unexplained", ("unexplained", 1, 10.0), False),
+        ("found", ("found", 1, 10.0), True),
+        ("found", ("found", 3, 10.0), False),  # an effect in the zeros' place
+        ("found", ("none", 0, 10.0), False),
+        ("none", None, False),  # nothing to doubt
+    ],
+)
+def test_the_better_explanation_counts(monkeypatch, zeroed, plain, better):
+    evidence = _Evidence(zeros=True)
+    said = {evidence.taken: _diagnosis(*ZEROED[zeroed])}
+    if plain is not None:
+        said[evidence] = _diagnosis(*plain)
+    monkeypatch.setattr(module.Evidence, "of", lambda _: evidence)
+    monkeypatch.setattr(module, "_diagnosed", lambda e, *_: said[e])
+    assert module.diagnose(None).balance is said[evidence if better else evidence.taken].balance
+
+
+def test_without_zeros_there_is_one_diagnosis(monkeypatch):
+    asked = []
+    monkeypatch.setattr(module.Evidence, "of", lambda _: _Evidence(zeros=False))
+    monkeypatch.setattr(
+        module, "_diagnosed", lambda e, *_: asked.append(e) or _diagnosis("unexplained", 1, 11.0)
+    )
+    module.diagnose(None)
+    assert len(asked) == 1
