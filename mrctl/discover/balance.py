@@ -12,6 +12,7 @@ from mrctl.discover.courses import Course
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.indifference import is_indifferent, swells
 from mrctl.discover.lines import Line, hums_of, line_of, steady_noise
+from mrctl.discover.noise_floor import NoiseFloor
 from mrctl.discover.proof import Proof
 from mrctl.discover.spectral_floor import mean_square
 from mrctl.discover.structure import Structure
@@ -70,13 +71,16 @@ def balance_of(
     rates = [r.rate_hz / r.finer for r in evidence.full]
     errors = evidence.steady_errors(final.fit)
     speeds = evidence.at_samples_of(errors, [r.velocity_m_s for r in evidence.full])
-    hums, errors = hums_of(errors, rates, speeds)
+    hums, quiet = hums_of(errors, rates, speeds)
+    repeated, errors = repeated_n2(evidence.floors, errors, quiet), quiet
     line = line_of(errors, rates)
     if line is not None and steady_noise(line, errors, rates, [r.force_n for r in evidence.full], speeds):
         hums, line = [*hums, line], None
     shaken = 0.0 if line is None else line.mean_square_n2
     strange = max((c.share for c in certain if c.share > STRANGE), default=0.0)
     over = budget.unseen if bare and unknown else budget.excess
+    if budget.measured:
+        over = max(over - repeated, 0.0)
     if budget.drowned:
         over = budget.certain
     elif unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors), rates):
@@ -103,6 +107,22 @@ def _signals(evidence: Evidence, errors: Sequence[Array]) -> list[list[Array]]:
     speeds = [np.abs(r.velocity_m_s) for r in evidence.full]
     forces = [np.abs(r.force_n) for r in evidence.full]
     return [evidence.at_samples_of(errors, x) for x in (speeds, forces, [r.current_a for r in evidence.full])]
+
+
+def repeated_n2(floors: Sequence[NoiseFloor], errors: Sequence[Array], quiet: Sequence[Array]) -> float:
+    """The mean square in N² of hums that are the same in each cycle, in runs whose noise these tell.
+
+    quiet: the errors (n each) without hums. What comes again as the motion does is not in the noise that is
+    told by what does not, but it is the measurement's all the same.
+    """
+    found, samples = 0.0, 0
+    for floor, error, rest in zip(floors, errors, quiet, strict=True):
+        hum = error - rest
+        unrepeated = floor.unrepeated(hum)
+        if unrepeated is not None:
+            found += max(float(hum @ hum) - hum.size * unrepeated, 0.0)
+            samples += hum.size
+    return found / max(samples, 1)
 
 
 def bursts_n2(errors: Sequence[Array], speeds: Sequence[Array]) -> float:

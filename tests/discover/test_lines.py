@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from mrctl.discover.balance import repeated_n2
 from mrctl.discover.lines import hums_of, line_of, steady_noise
+from mrctl.discover.noise_floor import Cycles, NoiseFloor
 
 RATE_HZ = 500.0
 
@@ -105,3 +107,16 @@ def test_a_hum_that_the_speed_swells_alike_in_all_seconds_of_all_runs_is_none(de
     runs = [noise(random, 6.0) + 30.0 * (1.0 - depth + depth * np.abs(speed)) * c for c in carrier]
     hums, _ = hums_of(runs, [RATE_HZ] * 5, [speed] * 5)
     assert bool(hums) is (depth == 0.0)
+
+
+@pytest.mark.parametrize(("hum_hz", "repeats"), [(50.0, 1.0), (50.5, 0.25), (51.0, 0.0)])
+def test_of_a_hum_what_comes_again_in_each_cycle_is_not_in_the_noise_that_cycles_tell(hum_hz, repeats):
+    """Cycles of half a second: at 51 Hz every other one has it upside down."""
+    t = np.arange(int(8.0 * RATE_HZ)) / RATE_HZ
+    hum, rest = 4.0 * np.sin(2 * np.pi * hum_hz * t), noise(np.random.default_rng(8), 8.0)
+    floors = [
+        NoiseFloor(10.0, "cycles", 9.0, steady=Cycles(0.0, 0.5 * RATE_HZ, 16, t.size)),
+        NoiseFloor(None, "lower bound only", 9.0),  # which says nothing of a hum
+    ]
+    found = repeated_n2(floors, [rest + hum, rest + 9.0 * hum], [rest, rest])
+    assert found == pytest.approx(repeats * 8.0, abs=2.0)
