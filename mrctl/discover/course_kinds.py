@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from mrctl.discover.evidence import MOVED_M
+from mrctl.discover.signals import turned_m
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
 
@@ -22,6 +23,8 @@ FADING = (0.03, 0.1, 0.3, 1.0)  # of all there is: how soon a force has faded
 MOMENTS_S = (0.1, 0.3, 1.0, 3.0)  # over which a mean speed is taken
 RELAXING_S = (0.01, 0.05, 0.25)  # of a rubber's elements
 SHORT_S = 0.01  # over which an acceleration is taken
+TURNED_M = (1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3, 3.2e-3)  # ways from a turn to where a force is nearly back, ...
+PLACES = (0.0, 0.5, 1.0, 2.0)  # ... and where along them it is asked for: at the last it is back
 SMALL = 0.01  # of the velocity, a step to see what a knee at another speed would change
 LEAST_A, LEAST_K = 0.1, 2.0  # that current and temperature must change by, for anything to hang on them
 
@@ -153,6 +156,14 @@ def _each_way(s: Signals) -> Iterator[Columns]:
         yield Columns([own, product(own, stroke)], [size])
 
 
+def _after_turning(s: Signals) -> Iterator[Columns]:
+    """Play, or what stretches: another force up to some way from where the motion turned."""
+    if s.moves:
+        ways = [np.abs(turned_m(r)) for r in s.records]
+        for reach in TURNED_M:
+            yield Columns([product(s.forces, [_hat(w / reach, place) for w in ways]) for place in range(3)])
+
+
 def _relaxing(s: Signals) -> Iterator[Columns]:
     """A rubber beside the damper, whose stiffness relaxes."""
     if s.moves:
@@ -257,6 +268,12 @@ KINDS = (
         ("stroke_dependent_damping",),
     ),
     Kind("hangs on the stroke otherwise in rebound than in compression", _PLACES, _each_way),
+    Kind(
+        "hangs on the way since the motion turned",
+        "a slow triangle of a few millimetres, one current",
+        _after_turning,
+        ("preyield_stiffness", "coulomb_friction", "mount_compliance", "sensor_delay"),
+    ),
     Kind("has a stiffness that relaxes", "a step of the stroke, held for ten seconds", _relaxing, low=0.0),
     Kind(
         "is told too large or too small where it is large",
@@ -273,6 +290,11 @@ def _signed(r: Record, power: float) -> Array:
     if power == 0.0:
         return np.tanh(v / max(0.02 * float(np.abs(v).max()), 1e-9))
     return np.sign(v) * np.abs(v) ** power
+
+
+def _hat(way: Array, place: int) -> Array:
+    """1 at one of the places on a way, straight to 0 at those beside it."""
+    return np.asarray(np.interp(way, PLACES, np.eye(len(PLACES))[place]))
 
 
 def _lagged(x: Array, samples: float) -> Array:

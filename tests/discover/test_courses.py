@@ -34,6 +34,15 @@ def path(run):
     return np.cumsum(np.abs(run.velocity_m_s)) * run.dt_s
 
 
+def since_turned(run):
+    """The way from where the motion last turned."""
+    turned, way, found = 0.0, path(run), []
+    for before, v, here in zip(np.roll(run.velocity_m_s, 1), run.velocity_m_s, way, strict=True):
+        turned = here if before * v < 0.0 else turned
+        found.append(here - turned)
+    return np.array(found)
+
+
 def relaxed(run, time_s):
     """The stroke of a spring behind a dashpot, which gives way in that time."""
     keep = np.exp(-run.dt_s / time_s)
@@ -50,6 +59,9 @@ STRANGERS = {
     ),
     "has a friction or damping that hangs on the stroke": lambda _, r: (
         r.force_n + 3e3 * np.sqrt(np.abs(r.velocity_m_s)) * np.sign(r.velocity_m_s) * np.abs(r.displacement_m)
+    ),
+    "hangs on the way since the motion turned": lambda _, r: (
+        r.force_n * (1.0 - 0.4 * np.interp(since_turned(r), [2e-4, 5e-4, 1e-3], [0.0, 1.0, 0.0]))
     ),
     "hangs on the stroke otherwise in rebound than in compression": lambda _, r: (
         r.force_n + 6.0 * np.abs(r.force_n) * r.displacement_m
