@@ -76,6 +76,7 @@ def diagnose(
     began = time.monotonic()
     evidence = Evidence.of(campaign)
     known = evidence.sized(known)
+    report = _never_back(report)
     report(0.05, "base model")
     base = evidence.base(known, values)
     evidence = evidence.steadied(base.fit)
@@ -92,7 +93,20 @@ def diagnose(
         plain = _diagnosed(evidence, base, known, report)
         if _says_more(plain, found):
             found = plain
+    report(1.0, found.verdict)
     return replace(found, seconds=time.monotonic() - began)
+
+
+def _never_back(report: Report) -> Report:
+    """Tells how far a diagnosis is, also where a part of it is done once more."""
+    most = 0.0
+
+    def told(share: float, what: str) -> None:
+        nonlocal most
+        most = max(most, share)
+        report(most, what)
+
+    return told
 
 
 def _does_as_well(plain: Diagnosis, other: Diagnosis) -> bool:
@@ -146,7 +160,6 @@ def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report:
     hidden = {**untestable, **hidden_effects(levels[0].looks, colour)}
     hidden = taken_up(hidden, final.fit.model.layout, final.fit.tables)
     proposal = _proposal(evidence, named, colour) if verdict == "ambiguous" else None
-    report(1.0, verdict)
     return Diagnosis(
         verdict,
         named_effects,

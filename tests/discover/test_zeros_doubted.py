@@ -61,8 +61,18 @@ def test_the_better_explanation_counts(monkeypatch, zeroed, plain, better):
     if plain is not None:
         said[evidence] = _diagnosis(*plain)
     monkeypatch.setattr(module.Evidence, "of", lambda _: evidence)
-    monkeypatch.setattr(module, "_diagnosed", lambda e, *_: said[e])
-    assert module.diagnose(None).balance is said[evidence if better else evidence.taken].balance
+    shares = []
+
+    def diagnosed(e, _base, _known, report):
+        report(0.3, "candidates")
+        report(0.9, "one effect")
+        return said[e]
+
+    monkeypatch.setattr(module, "_diagnosed", diagnosed)
+    told = module.diagnose(None, report=lambda share, _: shares.append(share))
+    assert told.balance is said[evidence if better else evidence.taken].balance
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
 
 
 def test_without_zeros_there_is_one_diagnosis(monkeypatch):
