@@ -9,9 +9,9 @@ import pytest
 
 from mrctl.discover import rivals
 from mrctl.discover import verdict as module
-from mrctl.discover.diagnose import _hopeless
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.noise_floor import Cycles, NoiseFloor
+from mrctl.discover.rounds import _hopeless
 from mrctl.discover.searched import FEWEST_CYCLES, shortened
 from mrctl.discover.verdict import FORESEEN, _bent, _foreseen, _nearly_as_good
 from mrctl.discover.worth import accepted, is_unsure
