@@ -1,4 +1,4 @@
-"""The rounds of a search: in each, all that may come to a model is looked at, and the best that is real stays."""
+"""The rounds of a search: in each, all that may come to a model is looked at, the best that is real stays."""
 
 from __future__ import annotations
 
