@@ -45,9 +45,12 @@ def step(
         opens += p[7] * (-velocity_m_s - s[1] - opens)
         s[0] = max(0.0, s[0] + opens * dt_s)
         force_n *= most
-    elif velocity_m_s > 0.0 and s[0] > 0.0:
+        closes = (1.0 - p[7]) * velocity_m_s  # of one that holds the force, it is in `opens`
+    else:
+        closes = velocity_m_s + p[7] * s[1]
+    if velocity_m_s > 0.0 and s[0] > 0.0:
         force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
-        s[0] = max(0.0, s[0] - (velocity_m_s + p[7] * s[1]) * dt_s)
+        s[0] = max(0.0, s[0] - closes * dt_s)
     return force_n - p[7] * s[0] / (s[0] + p[3]) * (limit_n + force_n)
 
 
@@ -85,9 +88,9 @@ EFFECT = Effect(
         "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, "
         f"limit' = limit (1 - rise x) (1 + warming (T - {REFERENCE_C:g})), "
         "n = log(1/2) / log(1 - knee/limit); "
-        "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), -v on the way back, "
-        "where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of y/(y + closing) to "
-        "-limit' while y > 0, and dy/dt to -v - v1, v1 the speed at which it opened"
+        "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), less v on the way back "
+        "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
+        "y/(y + closing) to -limit' while y > 0, and dy/dt to -v - v1, v1 the speed at which it opened"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
