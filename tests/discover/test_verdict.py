@@ -57,7 +57,7 @@ def test_an_effect_s_sizes_are_asked_and_not_its_shapes():
 
 def test_linear_parameters_may_be_shapes_too():
     turns = effect("preyield_stiffness")
-    fit = SimpleNamespace(effect_values={turns.name: (7.8e-4, 0.0, 0.67, 0.92, 0.16, 0.0, 1.0)})
+    fit = SimpleNamespace(effect_values={turns.name: (7.8e-4, 0.0, 0.67, 0.92, 0.16, 0.0, 1.0, 0.0)})
     unsure_of_its_plastic_part = (0.0, 0.1, 0.04, 0.15, 9.0, 0.0)
     assert not is_unsure(turns, fit, {turns.name: (3.1e-5, *unsure_of_its_plastic_part)})
     assert is_unsure(turns, fit, {turns.name: (4.0e-4, *unsure_of_its_plastic_part)})

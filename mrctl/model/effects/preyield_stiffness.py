@@ -29,23 +29,23 @@ def step(
     if length <= 0.0 and p[4] <= 0.0:
         return force_n
     shape = force_n / level_n
-    elastic = shape
+    elastic = yielding = shape - p[7] * velocity_m_s
     if length > 0.0 and p[3] > 0.0:
         way = _way(p, length, shape, velocity_m_s, dt_s)
         decay = math.exp(-way)
         mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
-        elastic = shape - (shape - s[1]) * mean + (s[0] - s[1]) * decay
+        elastic = yielding - (yielding - s[1]) * mean + (s[0] - s[1]) * decay
     s[0] = elastic
-    s[1] = shape
+    s[1] = yielding
     if p[4] > 0.0:  # else nothing hangs on them
         s[2] = _saturated(s[2], length, velocity_m_s, dt_s)
         s[3] = _rounded(s[3], length, velocity_m_s, dt_s)
         s[4] = _sharp(s[4], length, velocity_m_s, dt_s)
-    return _together(p, shape, elastic, s[2], s[3], s[4]) * level_n
+    return _together(p, shape, elastic + p[7] * velocity_m_s, s[2], s[3], s[4]) * level_n
 
 
 def start(
-    p: Sequence[float],  # noqa: ARG001 - the stage's
+    p: Sequence[float],
     force_n: float,
     velocity_m_s: float,
     displacement_m: float,  # noqa: ARG001 - the stage's
@@ -54,7 +54,8 @@ def start(
 ) -> list[float]:
     """Yielded: the elastic shape is the static one, the plastic part as the motion; at rest it is 0."""
     sign = math.copysign(1.0, velocity_m_s) if velocity_m_s != 0.0 else 0.0
-    return [force_n / level_n, force_n / level_n, sign, sign, sign]
+    yielding = force_n / level_n - p[7] * velocity_m_s
+    return [yielding, yielding, sign, sign, sign]
 
 
 def undo(
@@ -70,10 +71,10 @@ def undo(
     length = p[0] + p[1] * level_n
     if length <= 0.0 and p[4] <= 0.0:
         return wanted_n
-    shape = s[1]  # of the sample before: this one's is what the current is sought for
-    elastic = shape
+    # Of the sample before: this one's is what the current is sought for.
+    elastic = shape = s[1] + p[7] * velocity_m_s
     if length > 0.0:
-        elastic += (s[0] - shape) * math.exp(-_way(p, length, shape, velocity_m_s, dt_s))
+        elastic += (s[0] - s[1]) * math.exp(-_way(p, length, shape, velocity_m_s, dt_s))
     plastic = _saturated(s[2], length, velocity_m_s, dt_s)
     rounded = _rounded(s[3], length, velocity_m_s, dt_s)
     made = _together(p, shape, elastic, plastic, rounded, _sharp(s[4], length, velocity_m_s, dt_s))
@@ -125,18 +126,18 @@ def _together(
 def _rescaled(p: Vector, factor: float) -> Vector:
     """Exact unless a plastic part stands beside a creeping one: they share one length."""
     length = factor ** p[2]
-    return p[0] * length, p[1] * length / factor, p[2], p[3], p[4] / factor, p[5], p[6]
+    return p[0] * length, p[1] * length / factor, p[2], p[3], p[4] / factor, p[5], p[6], p[7] / factor
 
 
 def _guesses(_: Ranges) -> list[Vector]:
     # The shape itself turns round, or a part beside it, which g then does not hold: as in Bouc-Wen.
     return [
-        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
-        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0),
-        (5e-4, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 1.0),
+        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0),
+        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0),
+        (5e-4, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 1.0, 0.0),
     ]
 
 
@@ -153,9 +154,9 @@ EFFECT = Effect(
     stage=Stage.YIELD,
     summary="After a reversal the force turns round over a length, not at once: the fluid is elastic first.",
     equation=(
-        "F = f h ((1 - share) g + share z "
+        "F = f h ((1 - share) g + share (z + flow v) "
         "+ plastic ((1 - sharp) ((1 - rounded) y + rounded u) + sharp w)), "
-        "dz/dt = |v| (g - z) / (|g|^creep length), dy/dt = |v| (sign(v) - y) / length, "
+        "dz/dt = |v| (g - flow v - z) / (|g|^creep length), dy/dt = |v| (sign(v) - y) / length, "
         "du/dt = (v - (v |u| + |v| u) |u| / 2) / length, dw/dt = v / length within -1 to 1, "
         f"length = yield_length + compliance f h; for y, u and w at least {SHORTEST_M:g} m"
     ),
@@ -222,6 +223,17 @@ EFFECT = Effect(
             linear=True,
             optional=True,
         ),
+        Parameter(
+            "flow_s_m",
+            "s/m",
+            0.0,
+            0.0,
+            10.0,
+            0.0,
+            "slope of g that flow makes, which is not elastic",
+            0.3,
+            optional=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"stroke", "velocity"}),
@@ -235,7 +247,7 @@ EFFECT = Effect(
     start=start,
     states=(
         "elastic shape z, -1 to 1",
-        "shape g of the sample before",
+        "shape g, less its flow, of the sample before",
         "plastic part y, -1 to 1",
         "rounded part u, -1 to 1",
         "sharp part w, -1 to 1",
