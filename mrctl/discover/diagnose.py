@@ -71,18 +71,19 @@ def diagnose(
     report(0.05, "base model")
     base = evidence.base(known, values)
     evidence = evidence.steadied(base.fit)
+    base = evidence.base(known, base.fit.effect_values, base.fit)  # in a worse valley no zeros would be seen
     zeroed = evidence.zeroed(base.fit)
     early = zeroed.synchronised(base.fit)
     found = _diagnosed(early, base, known, report)
     if early is not zeroed and found.found:
         # What is missing may have made the current seem late.
         plain = _diagnosed(zeroed, base, known, report)
-        if _does_as_well(plain, found):
+        if _is_better(plain, found):
             found = plain
     if zeroed is not evidence and (found.found or found.verdict == "unexplained"):
         # What is missing may have seemed to be the runs' own zeros.
         plain = _diagnosed(evidence, base, known, report)
-        if _says_more(plain, found):
+        if _is_better(plain, found):
             found = plain
     report(1.0, found.verdict)
     return replace(found, seconds=time.monotonic() - began)
@@ -100,22 +101,24 @@ def _never_back(report: Report) -> Report:
     return told
 
 
-def _does_as_well(plain: Diagnosis, other: Diagnosis) -> bool:
-    """Whether fewer effects explain as much."""
-    fewer = len(plain.found) < len(other.found) and plain.verdict != "unexplained"
-    return fewer and plain.balance.total < AS_WELL * other.balance.total
+def _is_better(plain: Diagnosis, other: Diagnosis) -> bool:
+    """Whether runs as measured explain as much with fewer effects, or more with no more of them.
 
-
-def _says_more(plain: Diagnosis, other: Diagnosis) -> bool:
-    """Whether named effects explain more, and are no more of them if others are named."""
-    named = plain.verdict in NAMING and plain.balance.total < other.balance.total
-    return named and (other.verdict not in NAMING or len(plain.found) <= len(other.found))
+    Any number explains more than what leaves the other unexplained.
+    """
+    if plain.verdict == "unexplained" or not {plain.verdict, other.verdict} & set(NAMING):
+        return False
+    if len(plain.found) < len(other.found):
+        return plain.balance.total < AS_WELL * other.balance.total
+    no_more = len(plain.found) == len(other.found) or other.verdict == "unexplained"
+    return plain.verdict in NAMING and no_more and plain.balance.total < other.balance.total
 
 
 def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report) -> Diagnosis:
     """The diagnosis of runs whose channels are mended, but for what hangs on the base's fit to them."""
     evidence = evidence.timed(evidence.stepless(base.fit))
-    base = evidence.base(known, base.fit.effect_values, base.fit)
+    if base.fit.model.records is not evidence.records:
+        base = evidence.base(known, base.fit.effect_values, base.fit)
     evidence, base = evened(evidence, base, known)
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)

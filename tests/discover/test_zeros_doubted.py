@@ -20,7 +20,7 @@ class _Evidence:
         return known
 
     def base(self, *_):
-        return SimpleNamespace(fit=None)
+        return SimpleNamespace(fit=SimpleNamespace(effect_values={}))
 
     def steadied(self, _):
         return self
@@ -49,9 +49,15 @@ ZEROED = {"unexplained": ("unexplained", 1, 11.0), "found": ("found", 2, 11.0), 
         ("unexplained", ("found", 3, 10.0), True),
         ("unexplained", ("found", 1, 12.0), False),  # zeros explain more
         ("unexplained", ("unexplained", 1, 10.0), False),
+        ("unexplained", ("none", 0, 10.0), False),
         ("found", ("found", 1, 10.0), True),
         ("found", ("found", 3, 10.0), False),  # an effect in the zeros' place
-        ("found", ("none", 0, 10.0), False),
+        ("found", ("found", 1, 11.5), True),  # as well with fewer
+        ("found", ("found", 1, 12.0), False),
+        ("found", ("found", 2, 10.0), True),
+        ("found", ("found", 2, 11.5), False),
+        ("found", ("none", 0, 11.5), True),
+        ("found", ("unexplained", 1, 10.0), False),
         ("none", None, False),  # nothing to doubt
     ],
 )
