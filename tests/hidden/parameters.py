@@ -132,11 +132,12 @@ def _stroke(p, case):
 
 
 def _preyield(p, case):
-    names = ("yield_length_m", "compliance_m_n", "creep", "share", "plastic", "rounded", "sharp")
-    other = (
-        "memory of the saturating part of g alone" if p["PY"] == 1 else "a spring before that part of g alone"
-    )
-    return dict.fromkeys(names, f"{FORM}: {other}")
+    names = ("share", "plastic", "rounded", "sharp", "flow_s_m")
+    if p["PY"] == 1:
+        parts = dict.fromkeys(names, f"{FORM}: what of g saturates may be told in more than one way")
+        return parts | {"yield_length_m": 1.0 / p["PK"], "compliance_m_n": 0.0, "creep": 0.0}
+    other = f"{FORM}: a spring before that part of g alone"
+    return dict.fromkeys(("yield_length_m", "compliance_m_n", "creep", *names), other)
 
 
 COMPARED = {
@@ -153,7 +154,7 @@ COMPARED = {
     "cavitation": _cavitation,
     "stroke_dependent_damping": _stroke,
     "off_state_backbone": lambda _, __: dict.fromkeys(
-        ("low_speed_change", "growth_s_m", "knee_m_s", "fade_current_a", "power"), FORM
+        ("low_speed_change", "growth_s_m", "knee_m_s", "fade_current_a", "power", "compression_change"), FORM
     ),
     "rebound_asymmetry": lambda _, __: dict.fromkeys(
         ("compression_change", "compression_change_per_a", "bend_per_a", "compression_change_per_a2"),
