@@ -2,7 +2,7 @@ import json
 
 import numpy as np
 import pytest
-from discover.hidden import rich
+from discover.hidden import few, rich
 
 from mrctl.calibration import load_calibration
 from mrctl.cli.main import main
@@ -14,7 +14,7 @@ SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progressio
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory):
     folder = tmp_path_factory.mktemp("campaign")
-    for run in rich(SPRING).runs:
+    for run in few(rich(SPRING)).runs:
         write_run_csv(run, folder / f"{run.name}.csv")
     return folder
 

@@ -31,6 +31,11 @@ def rich(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> C
     return Campaign(Path("rich"), tuple(runs), "0" * 64)
 
 
+def few(campaign: Campaign) -> Campaign:
+    """A rich campaign's slow and fast sines and roads: enough where time counts."""
+    return replace(campaign, runs=tuple(r for r in campaign.runs if not r.name.startswith("2Hz")))
+
+
 def one_frequency(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> Campaign:
     """One sine at three steady currents: stroke and acceleration cannot be told apart."""
     bench = _bench(effects, seed)

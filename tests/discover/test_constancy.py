@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from hidden import one_frequency, rich
+from hidden import few, one_frequency, rich
 
 from mrctl.discover import stands as module
 from mrctl.discover.constancy import BY_RUN, LEVELS, SIZES, Change, changes_of
@@ -56,7 +56,7 @@ def test_a_form_that_is_one_of_many_is_not_asked_for_one_size_there():
 
 
 def test_what_would_have_to_change_is_not_named_and_the_verdict_says_so():
-    result = diagnose(_stiffer_with_current(0.25))
+    result = diagnose(few(_stiffer_with_current(0.25)))
     assert "gas_spring" not in result.effects
     (change,) = [c for c in result.changes if c.effect == "gas_spring"]
     assert f"{change.words}: it is not what is missing." in verdict_words(result)
