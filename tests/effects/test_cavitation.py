@@ -103,3 +103,17 @@ def test_a_speed_that_is_followed_at_a_larger_current_is_not_one_at_a_smaller():
     assert state == [0.0, pytest.approx(0.15)]
     step(p, state, -700.0, -0.2, 0.0, 25.0, 0.001)
     assert state[0] == pytest.approx(0.05 * 0.001)
+
+
+def test_a_cavity_begins_to_close_when_the_motion_turns_whatever_sign_the_force_has():
+    """Behind a lag the force turns later; until then it falls as it does after."""
+    step, p = effects()["cavitation"].step, (500.0, 10.0, 0.8, 2e-3, 0.0, 0.0, 0.0, 0.0)
+    made, left = {}, {}
+    for force_n in (-100.0, 100.0):
+        s = [2e-3, 0.0]
+        made[force_n] = step(p, s, force_n, 0.3, 0.0, 25.0, 1e-3)
+        left[force_n] = s[0]
+    assert made[100.0] == pytest.approx(60.0)
+    assert made[-100.0] == pytest.approx(-60.0, rel=1e-3)
+    assert left[-100.0] == pytest.approx(left[100.0], rel=1e-3)
+    assert left[100.0] == pytest.approx(2e-3 - 3e-4)
