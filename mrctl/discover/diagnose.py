@@ -71,8 +71,9 @@ def diagnose(
     report(0.05, "base model")
     base = evidence.base(known, values)
     evidence = evidence.steadied(base.fit)
-    base = evidence.base(known, base.fit.effect_values, base.fit)  # in a worse valley no zeros would be seen
     zeroed = evidence.zeroed(base.fit)
+    if zeroed is evidence:  # a worse valley may hide them
+        zeroed = evidence.zeroed(evidence.base(known, base.fit.effect_values, base.fit).fit)
     early = zeroed.synchronised(base.fit)
     found = _diagnosed(early, base, known, report)
     if early is not zeroed and found.found:
@@ -117,8 +118,7 @@ def _is_better(plain: Diagnosis, other: Diagnosis) -> bool:
 def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report) -> Diagnosis:
     """The diagnosis of runs whose channels are mended, but for what hangs on the base's fit to them."""
     evidence = evidence.timed(evidence.stepless(base.fit))
-    if base.fit.model.records is not evidence.records:
-        base = evidence.base(known, base.fit.effect_values, base.fit)
+    base = evidence.base(known, base.fit.effect_values, base.fit)
     evidence, base = evened(evidence, base, known)
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)
