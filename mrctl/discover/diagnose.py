@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,21 +72,20 @@ def diagnose(
     report(0.05, "base model")
     base = evidence.base(known, values)
     evidence = evidence.steadied(base.fit)
+    search = partial(_diagnosed, base=base, known=known, report=report)
     zeroed = evidence.zeroed(base.fit)
     if zeroed is evidence:  # a worse valley may hide them
-        zeroed = evidence.zeroed(evidence.base(known, base.fit.effect_values, base.fit).fit)
+        best = evidence.base(known, base.fit.effect_values, base.fit)
+        search = partial(search, fitted=(evidence, best))
+        zeroed = evidence.zeroed(best.fit)
     early = zeroed.synchronised(base.fit)
-    found = _diagnosed(early, base, known, report)
+    found = search(early)
     if early is not zeroed and found.found:
         # What is missing may have made the current seem late.
-        plain = _diagnosed(zeroed, base, known, report)
-        if _is_better(plain, found):
-            found = plain
+        found = _better(search(zeroed), found)
     if zeroed is not evidence and (found.found or found.verdict == "unexplained"):
         # What is missing may have seemed to be the runs' own zeros.
-        plain = _diagnosed(evidence, base, known, report)
-        if _is_better(plain, found):
-            found = plain
+        found = _better(search(evidence), found)
     report(1.0, found.verdict)
     return replace(found, seconds=time.monotonic() - began)
 
@@ -102,6 +102,11 @@ def _never_back(report: Report) -> Report:
     return told
 
 
+def _better(plain: Diagnosis, other: Diagnosis) -> Diagnosis:
+    """The better explanation of two: of runs as they were measured, and of others."""
+    return plain if _is_better(plain, other) else other
+
+
 def _is_better(plain: Diagnosis, other: Diagnosis) -> bool:
     """Whether runs as measured explain as much with fewer effects, or more with no more of them.
 
@@ -115,10 +120,22 @@ def _is_better(plain: Diagnosis, other: Diagnosis) -> bool:
     return plain.verdict in NAMING and no_more and plain.balance.total < other.balance.total
 
 
-def _diagnosed(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report) -> Diagnosis:
-    """The diagnosis of runs whose channels are mended, but for what hangs on the base's fit to them."""
+def _diagnosed(
+    evidence: Evidence,
+    base: Proof,
+    known: Sequence[Effect],
+    report: Report,
+    fitted: tuple[Evidence, Proof] | None = None,
+) -> Diagnosis:
+    """The diagnosis of runs whose channels are mended, but for what hangs on the base's fit to them.
+
+    fitted: the base in its best valley, and to which evidence; to another it is fitted anew.
+    """
     evidence = evidence.timed(evidence.stepless(base.fit))
-    base = evidence.base(known, base.fit.effect_values, base.fit)
+    if fitted is not None and fitted[0] is evidence:
+        base = fitted[1]
+    else:
+        base = evidence.base(known, base.fit.effect_values, base.fit)
     evidence, base = evened(evidence, base, known)
     structure = structure_of(base.fit, evidence.folds)
     candidates, untestable = evidence.candidates(known)

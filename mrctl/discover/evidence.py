@@ -176,8 +176,11 @@ class Evidence:
         return stepless(self.records, fit)
 
     def timed(self, fit: JointFit) -> Evidence:
-        """The same, with the times of the current's steps taken from the force."""
-        return self._with(self.measured, partial(timed, fit=fit))
+        """The same, with the times of the current's steps taken from the force; itself where none shows."""
+        full = timed(self.full, fit)
+        if all(a is b for a, b in zip(full, self.full, strict=True)):
+            return self
+        return self._with(self.measured, lambda _: full)
 
     def retimed(self, proof: Proof) -> tuple[Evidence, Proof]:
         """The steps' times taken anew with a model that has been found, and the model fitted to them.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mrctl.discover.screen import Look, Screen
 from mrctl.discover.search import Level, Trial
 from mrctl.discover.tangent import Tangent
-from mrctl.discover.worth import is_nothing
+from mrctl.discover.worth import is_nothing, is_stretched
 from mrctl.identify.effects_fit import bare_damper
 from mrctl.model.effects.base import Effect, Vector
 from mrctl.simulate import stages
@@ -27,6 +27,7 @@ CONTAINED = 0.99  # as SAME_DIRECTION, where one effect is a special case of the
 SAME_REMOVED = 0.97  # of what the found effect takes off, where neither reaches the noise
 STEADY_LEVEL = 0.15  # spread of f h over its median: in less, only an exact form tells what hangs on it
 FORM_SHARE, FORM_LEFT = 0.985, 1.03  # of what is taken and left: nearer, and only an exact form would tell
+BENT_LEFT = 1.05  # as FORM_LEFT, beside an effect that comes as near only at the ends of its form
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,7 @@ def simplest(best: Trial, level: Level, allowed: Sequence[Trial]) -> Trial:
     """The trial with the fewest parameters among those that do as well as the best one and are allowed.
 
     An effect that has another as its special case always fits a little better; its freedom must earn more.
+    So must that of one that fits better only where it is bent as far as it goes.
     """
     before = level.before.mean_square
     equals = [
@@ -51,6 +53,7 @@ def simplest(best: Trial, level: Level, allowed: Sequence[Trial]) -> Trial:
         and before - t.proof.mean_square > AS_GOOD_SHARE * (before - best.proof.mean_square)
         and (t is best or contains(best, t, level))
     ]
+    equals += [t for t in allowed if _is_bent_to(best, t, level)]
     return min(equals, key=lambda t: (t.parameters, -t.score), default=best)
 
 
@@ -71,9 +74,9 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
         if contains(t, chosen, level) and AS_GOOD * t.proof.mean_square > chosen.proof.mean_square
     }
     for other in level.trials:
-        if other.effect.name == chosen.effect.name or other.effect.name in larger:
-            continue
         name = other.effect.name
+        if name == chosen.effect.name or name in larger or _is_bent_to(other, chosen, level):
+            continue
         if chosen.score - other.score < CLOSE_SCORE:
             found[name] = Rival(name, "it fits this campaign as well")
         elif not cleared and _taken(other) >= SAME_REMOVED * _taken(chosen) and removed > 0.0:
@@ -168,10 +171,20 @@ def _one_sided(effect: Effect) -> bool:
     return any(p.neutral in (p.low, p.high) for p in effect.parameters if not p.optional)
 
 
-def _as_near(chosen: Trial, other: Trial, level: Level) -> bool:
+def _as_near(chosen: Trial, other: Trial, level: Level, most_left: float = FORM_LEFT) -> bool:
     """Whether two effects' forms would have to be exact for what one leaves more to mean anything."""
     before, left, more = (p.mean_square for p in (level.before, chosen.proof, other.proof))
-    return before - more > FORM_SHARE * (before - left) and more < FORM_LEFT * left
+    return before - more > FORM_SHARE * (before - left) and more < most_left * left
+
+
+def _is_bent_to(larger: Trial, smaller: Trial, level: Level) -> bool:
+    """Whether an effect of more parameters does little better, and only at the ends of its form."""
+    ends = [is_stretched(t.effect, t.fit.effect_values[t.effect.name]) for t in (larger, smaller)]
+    return (
+        ends == [True, False]
+        and larger.parameters > smaller.parameters
+        and _as_near(larger, smaller, level, BENT_LEFT)
+    )
 
 
 def _taken(trial: Trial) -> float:

@@ -159,6 +159,19 @@ def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
     )
 
 
+def is_stretched(effect: Effect, values: Sequence[float]) -> bool:
+    """Whether a fit has bent an effect as far as its form goes, by its parameters (SI).
+
+    Of what can go both ways: where a range ends at the neutral value, its other end is a form of its own.
+    """
+    return any(
+        p.low < p.neutral < p.high
+        and not p.held
+        and min(value - p.low, p.high - value) < AT_END * (p.high - p.low)
+        for p, value in zip(effect.parameters, values, strict=True)
+    )
+
+
 def at_high_end(parameter: Parameter, value: float) -> bool:
     """Whether a value (SI) is the largest that a parameter may have."""
     return parameter.high - value < AT_END * (parameter.high - parameter.low)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import pytest
+from discover.hidden import one_frequency, rich
 
 from mrctl.discover import diagnose as module
 from mrctl.discover.diagnose import Diagnosis
+from mrctl.discover.evidence import Evidence
 
 
 class _Evidence:
@@ -69,7 +71,7 @@ def test_the_better_explanation_counts(monkeypatch, zeroed, plain, better):
     monkeypatch.setattr(module.Evidence, "of", lambda _: evidence)
     shares = []
 
-    def diagnosed(e, _base, _known, report):
+    def diagnosed(e, report, **_):
         report(0.3, "candidates")
         report(0.9, "one effect")
         return said[e]
@@ -85,7 +87,26 @@ def test_without_zeros_there_is_one_diagnosis(monkeypatch):
     asked = []
     monkeypatch.setattr(module.Evidence, "of", lambda _: _Evidence(zeros=False))
     monkeypatch.setattr(
-        module, "_diagnosed", lambda e, *_: asked.append(e) or _diagnosis("unexplained", 1, 11.0)
+        module, "_diagnosed", lambda e, **_: asked.append(e) or _diagnosis("unexplained", 1, 11.0)
     )
     module.diagnose(None)
     assert len(asked) == 1
+
+
+class _Searched(Exception):  # noqa: N818 - no error
+    """A search has begun."""
+
+
+@pytest.mark.parametrize(("campaign", "fits"), [(one_frequency, 2), (rich, 3)])
+def test_a_best_valley_that_was_asked_for_zeros_is_not_fitted_again(monkeypatch, campaign, fits):
+    """The first fit and its best valley; where a current stepped, a fit to other times is another."""
+    asked, plain = [], Evidence.base
+
+    def searched(*_):
+        raise _Searched
+
+    monkeypatch.setattr(Evidence, "base", lambda *given: asked.append(given) or plain(*given))
+    monkeypatch.setattr(module, "rounds_of", searched)
+    with pytest.raises(_Searched):
+        module.diagnose(campaign())
+    assert len(asked) == fits
