@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from discover.hidden import one_current, rich
+from discover.hidden import few, one_current, rich
 from scipy.signal import lfilter
 
 from mrctl.discover import balance as balances
@@ -96,7 +96,7 @@ def test_noise_has_no_course():
 
 
 def test_a_force_that_fades_with_the_path_is_not_called_heating():
-    found = diagnose(changed(rich(), STRANGERS["fades or grows with the path travelled"]))
+    found = diagnose(changed(few(rich()), STRANGERS["fades or grows with the path travelled"]))
     assert (found.verdict, found.effects) == ("unexplained", ())
     figures = diagnosis_figures(found)
     assert figures["structure"]["courses"][0]["force"] == "fades or grows with the path travelled"
@@ -205,7 +205,7 @@ def test_a_load_cell_that_is_struck_is_not_called_sound():
         rng = np.random.default_rng(k)
         return run.force_n + 400.0 * (rng.random(run.force_n.size) < 0.003) * rng.choice([-1.0, 1.0])
 
-    found = diagnose(changed(rich(), struck))
+    found = diagnose(changed(few(rich()), struck))
     assert found.verdict == "unexplained"
     assert "bursts" in diagnosis_figures(found)["words"]
 

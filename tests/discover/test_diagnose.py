@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from discover.hidden import NOISE_N, one_current, one_frequency, rich
+from discover.hidden import NOISE_N, few, one_current, one_frequency, rich
 
 from mrctl.discover.balance import STRANGE
 from mrctl.discover.diagnose import diagnose
@@ -31,7 +31,7 @@ SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progressio
 )
 def test_a_hidden_effect_is_named_and_measured(hidden):
     ((name, values),) = hidden.items()
-    result = diagnose(rich(hidden))
+    result = diagnose(few(rich(hidden)))
     assert (result.verdict, result.effects) == ("found", (name,))
     figures = diagnosis_figures(result)
     top = figures["ranking"][0]
@@ -57,7 +57,7 @@ def test_an_effect_that_does_worse_than_none_once_the_zeros_are_its_own_is_not_k
         return evidence, louder
 
     monkeypatch.setattr(Evidence, "rezeroed", worse)
-    diagnosis = diagnose(rich({"force_offset": {"offset_n": 80.0}}))
+    diagnosis = diagnose(few(rich({"force_offset": {"offset_n": 80.0}})))
     assert not diagnosis.effects
     assert diagnosis.final is diagnosis.base
 
@@ -83,7 +83,9 @@ def test_one_current_cannot_tell_a_mount_from_a_fluid_that_is_elastic():
 
 def test_physics_that_no_effect_describes_is_called_unexplained():
     campaign = rich()
-    for run in campaign.runs:  # a play of 40 mm/s^2 that depends on the history of the stroke's sign
+    for run in (
+        campaign.runs
+    ):  # a force that goes to and fro with the path travelled, outwards and inwards otherwise
         side = np.sign(run.displacement_m) * np.sign(np.gradient(np.abs(run.displacement_m)))
         run.force_n[:] += 70.0 * np.sin(60.0 * np.cumsum(np.abs(run.velocity_m_s)) * run.dt_s * 2.0) * side
     result = diagnose(campaign)
@@ -92,7 +94,7 @@ def test_physics_that_no_effect_describes_is_called_unexplained():
 
 
 def test_discovery_adds_what_it_found_and_the_held_out_error_falls_to_the_noise():
-    result = discover(rich(SPRING))
+    result = discover(few(rich(SPRING)))
     assert result.extension.effects == ("gas_spring",)
     assert result.verdict == "none"
     assert result.extension.rmse_after_n < 1.1 * NOISE_N < 0.5 * result.extension.rmse_before_n
