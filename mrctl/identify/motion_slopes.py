@@ -118,10 +118,12 @@ class Motion:
         if effect.gives_way is None:
             raise ValueError(f"{effect.name} does not say how it gives way")
         step, start = effect.gives_way
-        first = np.array(start(p, 1.0), dtype=np.float64)
-        by = np.empty((run.size, 2 + first.size, 1 + first.size))
+        given_m = run.displacement_m - self.here.displacement_m
+        first = np.array([start(p, 1.0, float(by_m)) for by_m in given_m[run.starts[:-1]]], dtype=np.float64)
+        states = first.shape[1]
+        by = np.empty((run.size, 2 + states, 1 + states))
         loop = compiled(loops.way_slopes, step, f"{effect.name}_way")
-        loop(p, self.damping_n_s_m, self._plain_lag(self.filter), run.dt_s, by)
-        firsts = np.zeros((run.starts.size - 1, first.size, 2))
+        loop(p, self.damping_n_s_m, given_m, self._plain_lag(self.filter), run.dt_s, by)
+        firsts = np.zeros((run.starts.size - 1, states, 2))
         firsts[:, :, 0] = first
         return heard(by, firsts, inputs=1)

@@ -162,17 +162,17 @@ def filtered(step: Step) -> Step:
 def way_slopes(step: Step) -> Step:
     """The loop over how a motion effect's linearisation moves, by force and states, along a run.
 
-    `damping_n_s_m` (n); `out` (n, 2 + k, 1 + k): how the piston's velocity and displacement, and each of
-    the k states that the step leaves, move with the force and with each state.
+    `damping_n_s_m`, `given_m` (n); `out` (n, 2 + k, 1 + k): how the piston's velocity and displacement, and
+    each of the k states that the step leaves, move with the force and with each state.
     """
 
-    def loop(p: P, damping_n_s_m: Array, lag: Coefficients, dt_s: float, out: Array) -> None:
+    def loop(p: P, damping_n_s_m: Array, given_m: Array, lag: Coefficients, dt_s: float, out: Array) -> None:
         s = np.empty(out.shape[1] - 2)
         for k in range(out.shape[0]):
             for c in range(out.shape[2]):
                 for i in range(s.size):
                     s[i] = 1.0 if c == 1 + i else 0.0
-                v, x = step(p, s, 1.0 if c == 0 else 0.0, damping_n_s_m[k], lag, dt_s)
+                v, x = step(p, s, 1.0 if c == 0 else 0.0, damping_n_s_m[k], given_m[k], lag, dt_s)
                 out[k, 0, c] = v
                 out[k, 1, c] = x
                 for i in range(s.size):

@@ -42,9 +42,17 @@ def model():
     ],
 )
 def test_slopes_are_what_a_small_step_does(model, names):
+    _check(model, names, {})
+
+
+def test_slopes_behind_a_mount_that_hardens_are_as_well(model):
+    _check(model, ("mount_compliance", "gas_spring"), {"mount_compliance": (1e-6, 1e3, 5e5)})
+
+
+def _check(model, names, values):
     chosen = Effects(tuple(effects()[name] for name in names))
     joint = model.model.with_effects(chosen)
-    theta = np.concatenate([model.theta, chosen.pack({})])
+    theta = np.concatenate([model.theta, chosen.pack(values)])
     before = [joint.weighed(r, f) for f, r in zip(joint.predict(theta), joint.records, strict=True)]
     slopes = list(joint.jacobians(theta))
     _, upper = joint.bounds()

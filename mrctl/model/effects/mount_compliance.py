@@ -13,6 +13,13 @@ from mrctl.model.tables import interpolate
 USUAL_RAD_S = 2.0 * math.pi  # of the motion that a run may begin in
 KNEE_SHARE = 0.15  # of the top speed, at which a damper behind a dashpot yields
 SLOW_S = 1.0  # in which that follows its spring
+SOLVED = 20  # Newton steps at most, for how far a force bends a spring that hardens, ...
+CLOSE = 1e-12  # ... to this share
+
+
+def softness(p: Sequence[float], bent_m: float) -> float:
+    """How much further a newton bends the mount where it is bent so far, in m/N."""
+    return p[0] / (1.0 + 3.0 * p[2] * bent_m * bent_m)
 
 
 def step(
@@ -28,18 +35,22 @@ def step(
 ) -> tuple[float, float]:
     """The piston's velocity in m/s and displacement in m.
 
-    The balance k y + c dy/dt = lag[f h g(v - dy/dt)] is as stiff as the low-speed slope of g over k is short,
-    so it is solved implicitly (BDF2: second order, stable at any step). g being a table, the solution is
-    exact: the segment that holds it, then a straight line.
+    The balance k y (1 + hardening y^2) + c dy/dt = lag[f h g(v - dy/dt)] is as stiff as the low-speed slope
+    of g over k is short, so it is solved implicitly (BDF2: second order, stable at any step), the spring on
+    its tangent where y is expected. g being a table, the solution is exact: the segment that holds it, then
+    a straight line.
     """
     if p[0] <= 0.0:
         return velocity_m_s, displacement_m
     static = force_level(current_a, temperature_c, tables)
-    level = p[0] * lag[0] * static  # what the lag hands on at once; the rest is s[0]
+    expected = 2.0 * s[3] - s[4]
+    soft = softness(p, expected)
+    level = soft * lag[0] * static  # what the lag hands on at once; the rest is s[0]
     free = (4.0 * s[3] - s[4]) / 3.0  # y = free + 2/3 dt dy/dt
-    inertia = p[0] * p[1] + 2.0 / 3.0 * dt_s
+    inertia = soft * p[1] + 2.0 / 3.0 * dt_s
     # What is left to solve: rest - inertia v1 = level g(v1).
-    rest = inertia * velocity_m_s + free - p[0] * s[0]
+    tangent = 2.0 / 3.0 * (1.0 - soft / p[0]) * expected  # where it meets no force
+    rest = inertia * velocity_m_s + free - tangent - soft * s[0]
     low, high = 0, len(tables.shape)
     while low < high:
         middle = (low + high) // 2
@@ -74,8 +85,20 @@ def start(
 ) -> list[float]:
     """The mount is bent as far as the first sample's static force gets it, and no longer moves."""
     force = backbone_force(velocity_m_s, current_a, temperature_c, tables)
-    bent = _reach(p) * p[0] * force
+    bent = _bent(p, _reach(p) * p[0] * force)
     return [*settled_state(lag, force), bent, bent]
+
+
+def _bent(p: Sequence[float], plain_m: float) -> float:
+    """How far a force bends the mount that would bend it by so much if it did not harden."""
+    bent = plain_m
+    for _ in range(SOLVED):
+        harder = p[2] * bent * bent
+        step_m = (bent + harder * bent - plain_m) / (1.0 + 3.0 * harder)
+        bent -= step_m
+        if abs(step_m) <= CLOSE * abs(plain_m):
+            break
+    return bent
 
 
 def _reach(p: Sequence[float]) -> float:
@@ -89,22 +112,24 @@ def give_way(
     s: list[float],
     force_n: float,
     damping_n_s_m: float,
+    bent_m: float,
     lag: Coefficients,
     dt_s: float,
 ) -> tuple[float, float]:
     """The step's derivative: how the piston's velocity in m/s and displacement in m move."""
     free = (4.0 * s[3] - s[4]) / 3.0
-    inertia = p[0] * p[1] + 2.0 / 3.0 * dt_s
-    piston = (free - p[0] * (force_n + s[0])) / (inertia + p[0] * lag[0] * damping_n_s_m)
+    soft = softness(p, bent_m)
+    inertia = soft * p[1] + 2.0 / 3.0 * dt_s
+    piston = (free - soft * (force_n + s[0])) / (inertia + soft * lag[0] * damping_n_s_m)
     s[4] = s[3]
     s[3] = free - 2.0 / 3.0 * dt_s * piston
     iir_step(lag, s, damping_n_s_m * piston)
     return piston, -s[3]
 
 
-def give_way_start(p: Sequence[float], force_n: float) -> list[float]:
+def give_way_start(p: Sequence[float], force_n: float, bent_m: float) -> list[float]:
     """The mount is bent by as much more as that gets it, and no longer moves."""
-    bent = _reach(p) * p[0] * force_n
+    bent = _reach(p) * softness(p, bent_m) * force_n
     return [0.0, 0.0, 0.0, bent, bent]
 
 
@@ -115,7 +140,7 @@ def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
 def _guesses(ranges: Ranges) -> list[Vector]:
     # Soft or stiff, much or little damped: a fit hardly finds its way from one to the other.
     return [
-        *((soft, damping) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)),
+        *((soft, damping, 0.0) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)),
         *_dashpot(ranges),
     ]
 
@@ -123,14 +148,16 @@ def _guesses(ranges: Ranges) -> list[Vector]:
 def _dashpot(ranges: Ranges) -> list[Vector]:
     """Hardly a spring: the force rises with the speed until the damper yields, whatever the current."""
     damping = ranges.force_n / max(KNEE_SHARE * ranges.velocity_m_s, 1e-3)
-    return [(SLOW_S / damping, damping)]
+    return [(SLOW_S / damping, damping, 0.0)]
 
 
 EFFECT = Effect(
     name="mount_compliance",
     stage=Stage.MOTION,
     summary="Rubber mounts and bearings in series with the damper take part of the stroke.",
-    equation="y / compliance + damping dy/dt = lag[f h g(v1)], v1 = v - dy/dt, x1 = x - y",
+    equation=(
+        "y (1 + hardening y^2) / compliance + damping dy/dt = lag[f h g(v1)], v1 = v - dy/dt, x1 = x - y"
+    ),
     source=(
         "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. With "
         "hardly a spring it is the dashpot in series of Spencer et al., J. Eng. Mech. 123 (1997): a damper "
@@ -142,6 +169,18 @@ EFFECT = Effect(
             "compliance_m_n", "m/N", 0.0, 0.0, 1e-2, 5e-7, "one over the mount's stiffness", endless=True
         ),
         Parameter("damping_n_s_m", "N*s/m", 1e3, 0.0, 1e7, 1e3, "damping of the mount", partial=True),
+        Parameter(
+            "hardening_per_m2",
+            "1/m^2",
+            0.0,
+            0.0,
+            1e9,
+            0.0,
+            "how soon rubber stiffens as it is bent",
+            1e5,
+            optional=True,
+            endless=True,
+        ),
     ),
     step=step,
     inverse=Undo.OBSERVE,
