@@ -51,6 +51,6 @@ def test_a_coil_has_forgotten_by_then_and_a_field_has_not():
     def made(name, p, before):
         return stages.field_current([(effects()[name], p)], current, 0.001, before_a=np.array([before]))
 
-    assert np.allclose(made("current_lag", (0.02, 0.02), 3.0), 1.0)
+    assert np.allclose(made("current_lag", (0.02, 0.02, 0.0), 3.0), 1.0)
     assert np.allclose(made("magnetic_hysteresis", tuple(LOOP.values()), 0.0), 1.0 - 0.15)
     assert np.allclose(made("magnetic_hysteresis", tuple(LOOP.values()), 3.0), 1.0 + 0.15)

@@ -39,17 +39,19 @@ def relative(ours: np.ndarray, exact: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])
-def test_current_lag_solves_its_differential_equation(dt_s):
+@pytest.mark.parametrize("saturation", [0.0, 0.5])
+def test_current_lag_solves_its_differential_equation(dt_s, saturation):
     t = np.arange(round(T / dt_s) + 1) * dt_s
 
     def command(u):
         return 1.5 + np.sin(12.0 * u) + 0.4 * np.sin(40.0 * u)
 
     def rate(u, y):
-        return (command(u) - y) / (0.008 if command(u) > y[0] else 0.02)
+        tau = 0.008 if command(u) > y[0] else 0.02
+        return (command(u) - y) * (1.0 + saturation * np.abs(y)) / tau
 
     lag = effects()["current_lag"]
-    ours = stages.field_current([(lag, (0.008, 0.02))], command(t), dt_s)
+    ours = stages.field_current([(lag, (0.008, 0.02, saturation))], command(t), dt_s)
     assert relative(ours, solved(rate, command(0.0), t)) < 3e-3
 
 

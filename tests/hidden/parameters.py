@@ -147,7 +147,11 @@ COMPARED = {
     "viscous_damping": _viscous,
     "quadratic_damping": _quadratic,
     "force_offset": lambda p, _: {"offset_n": p["OFF"]},
-    "current_lag": lambda p, _: {"rise_time_s": p["lag_up"], "fall_time_s": p["lag_down"]},
+    "current_lag": lambda p, _: {
+        "rise_time_s": p["lag_up"],
+        "fall_time_s": p["lag_down"],
+        "saturation_per_a": 0.0,
+    },
     "magnetic_hysteresis": _hysteresis,
     "self_heating": _heating,
     "end_stop": _end_stop,

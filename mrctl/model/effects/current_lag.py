@@ -12,7 +12,7 @@ LARGEST_LEAD = 5.0
 
 
 def _time_constant(p: Sequence[float], wanted_a: float, current_a: float) -> float:
-    return p[0] if wanted_a >= current_a else p[1]
+    return (p[0] if wanted_a >= current_a else p[1]) / (1.0 + p[2] * abs(current_a))
 
 
 def step(p: Sequence[float], s: MutableSequence[float], current_a: float, dt_s: float) -> float:
@@ -51,11 +51,27 @@ EFFECT = Effect(
     name="current_lag",
     stage=Stage.CURRENT,
     summary="The field follows the command late: coil L/R and eddy currents, other up than down.",
-    equation="tau di1/dt + i1 = i, tau = rise time where i > i1, fall time where i < i1",
-    source="Response times of MR dampers: Koo, Goncalves, Ahmadian, Smart Mater. Struct. 15 (2006).",
+    equation=(
+        "tau di1/dt + i1 = i, tau (1 + saturation |i1|) = rise time where i > i1, fall time where i < i1"
+    ),
+    source=(
+        "Response times of MR dampers: Koo, Goncalves, Ahmadian, Smart Mater. Struct. 15 (2006). "
+        "A coil's inductance falls as its iron saturates."
+    ),
     parameters=(
         Parameter("rise_time_s", "s", 0.0, 0.0, 0.2, 0.010, "time constant while the current rises"),
         Parameter("fall_time_s", "s", 0.0, 0.0, 0.2, 0.010, "time constant while the current falls"),
+        Parameter(
+            "saturation_per_a",
+            "1/A",
+            0.0,
+            0.0,
+            10.0,
+            0.0,
+            "how soon both shorten with the current",
+            0.3,
+            optional=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"current", "current rate"}),
