@@ -297,11 +297,20 @@ def test_a_damping_that_lags_is_late_by_its_time_constant_and_no_smaller():
         assert late[2000:] == pytest.approx(np.interp(t - 8e-3, t, plain)[2000:], abs=tolerance)
 
 
-def test_a_groove_off_the_middle_changes_the_damping_there_alone():
+@pytest.mark.parametrize(("flatness", "halfway"), [(1.0, 1.08), (4.0, 1.0016)])
+def test_a_groove_off_the_middle_changes_the_damping_there_alone(flatness, halfway):
+    """One with a flat middle leaves it as it is there, up to its edge."""
     step = effects()["stroke_dependent_damping"].step
-    p = (0.0, 0.4 * 1e4, 1e4, 0.02)  # 10 mm wide, at 20 mm
-    factors = [step(p, [], 0.1, x, 1.0, 40.0, 0.001) for x in (0.02, 0.03, -0.08)]
-    assert factors == pytest.approx([1.0, 1.2, 1.4], abs=0.01)
+    p = (0.0, 0.4 * 1e4, 1e4, 0.02, flatness)  # 10 mm wide, at 20 mm
+    factors = [step(p, [], 0.1, x, 1.0, 40.0, 0.001) for x in (0.02, 0.025, 0.03, -0.08)]
+    assert factors == pytest.approx([1.0, halfway, 1.2, 1.4], abs=0.01)
+
+
+def test_a_taper_that_does_not_level_off_is_of_second_order_whatever_its_flatness():
+    step = effects()["stroke_dependent_damping"].step
+    for flatness in (1.0, 3.0):
+        p = (3.0, 200.0, 0.0, 0.0, flatness)
+        assert step(p, [], 0.1, -0.02, 1.0, 40.0, 0.001) == pytest.approx(1.0 - 0.06 + 0.08)
 
 
 def test_with_creep_a_slow_fluid_relaxes_in_time_as_a_spring_in_series_does():

@@ -121,14 +121,15 @@ def _cavitation(p, case):
 
 
 def _stroke(p, case):
-    names = ("slope_per_m", "curvature_per_m2", "levelling_per_m2", "centre_m")
+    names = ("slope_per_m", "curvature_per_m2", "levelling_per_m2", "centre_m", "flatness")
     if p["ST"] != 1:
         return dict.fromkeys(names, f"{FORM}: {'tanh taper' if p['ST'] == 2 else 'bypass groove'}")
     if not case["sensors"]["has_displacement"]:
         return dict.fromkeys(names, "the stroke's zero was not measured")
     bend = p["SA"] / p["SX"] ** 2
     middle = 1.0 + bend * p["SX0"] ** 2  # the factor at x = 0, which f takes
-    return dict(zip(names, (-2.0 * bend * p["SX0"] / middle, bend / middle, 0.0, 0.0), strict=True))
+    straight = -2.0 * bend * p["SX0"] / middle
+    return dict(zip(names, (straight, bend / middle, 0.0, 0.0, 1.0), strict=True))
 
 
 def _preyield(p, case):

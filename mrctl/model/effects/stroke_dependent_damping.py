@@ -21,8 +21,10 @@ def step(
     dt_s: float,
 ) -> float:
     """The factor on the static force."""
-    x = displacement_m - p[3]
-    y = x / math.sqrt(1.0 + p[2] * x * x)
+    y = displacement_m - p[3]
+    if p[2] > 0.0:
+        share = math.pow(p[2] * y * y, p[4])
+        y = math.copysign(math.sqrt(share / (1.0 + share) / p[2]), y)
     return max(1.0 + y * (p[0] + p[1] * y), SMALLEST_FACTOR)
 
 
@@ -30,8 +32,8 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     reach = max(ranges.displacement_m, 1e-3)
     local = 0.5 / reach**2, 10.0 / reach**2
     return [
-        (0.05 / reach, 0.1 / reach**2, 0.0, 0.0),
-        *((0.05 / reach, *local, centre * reach) for centre in (0.0, -0.4, 0.4)),
+        (0.05 / reach, 0.1 / reach**2, 0.0, 0.0, 1.0),
+        *((0.05 / reach, *local, centre * reach, 1.0) for centre in (0.0, -0.4, 0.4)),
     ]
 
 
@@ -39,10 +41,14 @@ EFFECT = Effect(
     name="stroke_dependent_damping",
     stage=Stage.FACTOR,
     summary="Damping changes along the stroke: bypass grooves, a tapered bore, a metering pin.",
-    equation="factor = 1 + slope y + curvature y^2, y = (x - centre) / sqrt(1 + levelling (x - centre)^2)",
+    equation=(
+        "factor = 1 + slope y + curvature y^2, y^2 = w/(1 + w) / levelling with the sign of x - centre, "
+        "w = (levelling (x - centre)^2)^flatness; without levelling y = x - centre"
+    ),
     source=(
         "Position-dependent (bypass) dampers, Dixon, The Shock Absorber Handbook: to second order in x, "
-        "and level again beyond 1 / sqrt(levelling) from its middle, where the groove or taper ends."
+        "and level again beyond 1 / sqrt(levelling) from its middle, where the groove or taper ends. "
+        "A groove of one depth has a flat middle too."
     ),
     parameters=(
         Parameter("slope_per_m", "1/m", 0.0, -200.0, 200.0, 3.0, "change of damping a metre", linear=True),
@@ -61,6 +67,17 @@ EFFECT = Effect(
             0.0,
             "where the groove or taper has its middle",
             5e-3,
+            optional=True,
+        ),
+        Parameter(
+            "flatness",
+            "1",
+            1.0,
+            1.0,
+            8.0,
+            1.0,
+            "how flat the middle is, and how sharply the groove ends",
+            0.5,
             optional=True,
         ),
     ),
