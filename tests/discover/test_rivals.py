@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from discover.campaigns import campaign, shipped, sine, with_effect
 
+from mrctl.discover import rivals
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.rivals import rivals_of
+from mrctl.discover.rivals import rivals_of, simplest
 from mrctl.discover.screen import Screen
 from mrctl.discover.search import search_level
 from mrctl.discover.tangent import Tangent
@@ -33,3 +35,28 @@ def test_how_late_no_mass_comes_does_not_hide_that_it_would_have_a_springs_cours
     nothing = screen.at(mass, (0.0, lag_s))
     found = rivals_of(chosen, replace(level, looks=[screen.at(spring, own), nothing]), cleared=True)
     assert [rival.name for rival in found] == ["fluid_inertia"]
+
+
+def _trial(name, left_n2, **values):
+    """An effect at its typical parameters, but for those given, that leaves so much of 1000 N²."""
+    chosen = effect(name)
+    given = tuple(({p.name: p.typical for p in chosen.parameters} | values).values())
+    return SimpleNamespace(
+        effect=chosen,
+        fit=SimpleNamespace(effect_values={name: given}),
+        proof=SimpleNamespace(mean_square=left_n2),
+        parameters=len(given),
+        score=-left_n2,
+        gain=1000.0 - left_n2,
+    )
+
+
+@pytest.mark.parametrize(
+    ("power", "left_n2", "better"),
+    [(0.3, 104.0, "viscous_damping"), (1.0, 104.0, "off_state_backbone"), (0.3, 106.0, "off_state_backbone")],
+)
+def test_what_does_little_better_only_at_the_ends_of_its_form_gives_way(monkeypatch, power, left_n2, better):
+    monkeypatch.setattr(rivals, "contains", lambda *_: False)
+    larger, smaller = _trial("off_state_backbone", 100.0, power=power), _trial("viscous_damping", left_n2)
+    level = SimpleNamespace(before=SimpleNamespace(mean_square=1000.0), trials=[larger, smaller], looks=[])
+    assert simplest(larger, level, [larger, smaller]).effect.name == better

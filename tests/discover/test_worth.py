@@ -10,7 +10,7 @@ import pytest
 from mrctl.discover import worth
 from mrctl.discover.budget import Budget
 from mrctl.discover.constancy import Change
-from mrctl.discover.worth import are_steady, is_nothing, is_pushed, matters
+from mrctl.discover.worth import are_steady, is_nothing, is_pushed, is_stretched, matters
 from mrctl.model.effects.registry import effect, effects
 
 SIGNALS = ("current", "velocity", "stroke", "temperature", "frequency")
@@ -119,6 +119,16 @@ def test_only_upper_ends_that_mean_something_are_ends():
     assert not is_pushed(heats, (0.03, 2.0, 2.0, 4.0))
     assert is_pushed(heats, (0.3, 200.0, 2.0, 4.0))
     assert not is_pushed(stops, tuple(p.neutral for p in stops.parameters))
+
+
+def test_a_form_is_stretched_where_it_ends_of_what_could_go_both_ways():
+    backbone, fluid = effect("off_state_backbone"), effect("preyield_stiffness")
+    usual = {p.name: p.typical for p in backbone.parameters}
+    for name, value, ends in (("power", 0.3, True), ("low_speed_change", 3.0, True), ("power", 0.31, False)):
+        assert is_stretched(backbone, tuple((usual | {name: value}).values())) is ends
+    # Wholly elastic and wholly rounded are forms, not ends.
+    formed = {p.name: p.typical for p in fluid.parameters} | {"share": 1.0, "rounded": 1.0}
+    assert not is_stretched(fluid, tuple(formed.values()))
 
 
 @pytest.mark.parametrize("name", sorted(effects()))
