@@ -41,7 +41,7 @@ def test_where_nothing_remembers_there_is_no_past():
     evidence = Evidence.of(campaign)
     lag = effects()["current_lag"]
     for chosen in ([], [lag]):
-        fit = evidence.base(chosen, {lag.name: (0.02, 0.02)}).fit
+        fit = evidence.base(chosen, {lag.name: (0.02, 0.02, 0.0)}).fit
         assert fields_past(fit.model.on(evidence.full), fit.theta) is None
 
 
