@@ -71,7 +71,7 @@ def recovered(effect: Effect, truth: Vector, run: Run) -> Vector:
             xtol=1e-12,
             ftol=1e-12,
             gtol=1e-12,
-            max_nfev=60,
+            max_nfev=200,
         )
         for point in effect.starting_points(reach)
     ]

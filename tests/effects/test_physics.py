@@ -238,8 +238,27 @@ def test_a_direction_that_saturates_later_is_asymmetric_at_any_current():
         step = effects()["rebound_asymmetry"].step
         return np.array([step(p, [], -0.1, 0.0, one, 40.0, 0.001) for one in i])
 
-    p, _ = curve_fit(ratio, i, want, p0=(0.0, 2.0, 2.0, -2.0))
+    p, _ = curve_fit(
+        ratio,
+        i,
+        want,
+        p0=(0.0, 2.0, 2.0, -2.0, 1.0),
+        bounds=([-9.0, -50.0, 0.0, -500.0, 1.0], [9.0, 50.0, 100.0, 500.0, 6.0]),
+    )
     assert np.max(np.abs(ratio(i, *p) - want)) < 0.015
+
+
+def test_an_asymmetry_that_sets_in_late_and_then_levels_off_is_one():
+    step, i = effects()["rebound_asymmetry"].step, np.linspace(0.0, 2.0, 41)
+    want = 1.0 - 0.36 * np.tanh(i / 0.7) ** 2
+
+    def factor(i, at_once, late, bend, sharpness):
+        p = (0.0, at_once, bend, late, sharpness)
+        return np.array([step(p, [], -0.1, 0.0, one, 40.0, 0.001) for one in i])
+
+    begin, ends = (0.0, -0.3, 1.0, 2.0), ([-50.0, -500.0, 0.0, 1.0], [50.0, 500.0, 100.0, 6.0])
+    p, _ = curve_fit(factor, i, want, p0=begin, bounds=ends)
+    assert np.max(np.abs(factor(i, *p) - want)) < 0.005
 
 
 def test_warm_gas_presses_harder():

@@ -162,7 +162,13 @@ COMPARED = {
         ("low_speed_change", "growth_s_m", "knee_m_s", "fade_current_a", "power", "compression_change"), FORM
     ),
     "rebound_asymmetry": lambda _, __: dict.fromkeys(
-        ("compression_change", "compression_change_per_a", "bend_per_a", "compression_change_per_a2"),
+        (
+            "compression_change",
+            "compression_change_per_a",
+            "bend_per_a",
+            "compression_change_per_a2",
+            "sharpness",
+        ),
         f"{FORM}: tanh(i); what does not change with the current is also g's",
     ),
     "preyield_stiffness": _preyield,

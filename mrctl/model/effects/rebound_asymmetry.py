@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Stage, Undo
+from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 SMALLEST_FACTOR = 0.05
 
@@ -23,8 +24,13 @@ def step(
     if velocity_m_s >= 0.0:
         return 1.0
     on_a = max(current_a, 0.0)  # a sensor's noise about 0 A is no current
-    bent_a = on_a / (1.0 + p[2] * on_a)
+    bent_a = on_a / math.pow(1.0 + math.pow(p[2] * on_a, p[4]), 1.0 / p[4])
     return max(1.0 + p[0] + p[1] * bent_a + p[3] * bent_a * bent_a, SMALLEST_FACTOR)
+
+
+def _guesses(_: Ranges) -> list[Vector]:
+    # The same at all currents, growing and levelling off, and growing late, then sharply level.
+    return [(-0.15, 0.0, 0.0, 0.0, 1.0), (0.0, -0.3, 1.0, 0.0, 1.0), (0.0, 0.0, 1.0, -0.3, 2.0)]
 
 
 EFFECT = Effect(
@@ -33,7 +39,7 @@ EFFECT = Effect(
     summary="Compression is damped by another force than rebound, in a ratio that may change with current.",
     equation=(
         "factor = 1 in rebound (v >= 0), in compression (v < 0) "
-        "1 + change + change_per_a j + change_per_a2 j^2, j = i1 / (1 + bend i1)"
+        "1 + change + change_per_a j + change_per_a2 j^2, j = i1 / (1 + (bend i1)^sharpness)^(1/sharpness)"
     ),
     source="Separate rebound and compression characteristics; Dixon, The Shock Absorber Handbook.",
     parameters=(
@@ -71,8 +77,20 @@ EFFECT = Effect(
             linear=True,
             optional=True,
         ),
+        Parameter(
+            "sharpness",
+            "1",
+            1.0,
+            1.0,
+            6.0,
+            1.0,
+            "how sharply it levels off",
+            0.5,
+            optional=True,
+        ),
     ),
     step=step,
+    guesses=_guesses,
     shape_over=frozenset({"current"}),
     inverse=Undo.DIVIDE,
     inverse_note="The wish is divided by the factor, repeated until current and factor agree.",
