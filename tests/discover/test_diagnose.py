@@ -83,9 +83,8 @@ def test_one_current_cannot_tell_a_mount_from_a_fluid_that_is_elastic():
 
 def test_physics_that_no_effect_describes_is_called_unexplained():
     campaign = rich()
-    for run in (
-        campaign.runs
-    ):  # a force that goes to and fro with the path travelled, outwards and inwards otherwise
+    # A force that goes to and fro with the path travelled, outwards and inwards otherwise.
+    for run in campaign.runs:
         side = np.sign(run.displacement_m) * np.sign(np.gradient(np.abs(run.displacement_m)))
         run.force_n[:] += 70.0 * np.sin(60.0 * np.cumsum(np.abs(run.velocity_m_s)) * run.dt_s * 2.0) * side
     result = diagnose(campaign)

@@ -65,9 +65,8 @@ def test_mount_compliance_solves_its_differential_equation_at_every_rate_and_sti
     current, warm, damping = np.full(t.size, 1.5), np.full(t.size, 45.0), 1000.0
     mount = effects()["mount_compliance"]
     level = force_level(1.5, 45.0, TABLES)
-    per_m2 = (
-        hardening * (stiffness_n_m / level) ** 2
-    )  # at what the damper's force would bend a plain spring by
+    # By that share where the damper's force would bend a plain spring to.
+    per_m2 = hardening * (stiffness_n_m / level) ** 2
     p = (1.0 / stiffness_n_m, damping, per_m2)
     v1, x1 = stages.piston_motion([(mount, p)], v, np.zeros(t.size), current, warm, TABLES, NO_LAG, dt_s)
 
