@@ -1,0 +1,60 @@
+"""A mount in series follows its differential equation, and carries what the damper gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from effects.conftest import make_damper, with_effects
+from effects.equations import TABLES, T, relative, signals, velocity
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from mrctl.model.effects.registry import effects
+from mrctl.model.filters import plain_lag
+from mrctl.model.static import backbone_force, force_level
+from mrctl.simulate import Run, stages, trace
+
+NO_LAG = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])
+@pytest.mark.parametrize("stiffness_n_m", [5e5, 1.6e6, 5e6])
+@pytest.mark.parametrize("hardening", [0.0, 0.5])
+def test_mount_compliance_solves_its_differential_equation_at_every_rate_and_stiffness(
+    dt_s, stiffness_n_m, hardening
+):
+    t, v = signals(dt_s)
+    current, warm, damping = np.full(t.size, 1.5), np.full(t.size, 45.0), 1000.0
+    mount = effects()["mount_compliance"]
+    level = force_level(1.5, 45.0, TABLES)
+    # By that share where the damper's force would bend a plain spring to.
+    per_m2 = hardening * (stiffness_n_m / level) ** 2
+    p = (1.0 / stiffness_n_m, damping, per_m2)
+    v1, x1 = stages.piston_motion([(mount, p)], v, np.zeros(t.size), current, warm, TABLES, NO_LAG, dt_s)
+
+    # f h g(v1) + c v1 = k y (1 + hardening y^2) + c v: its left side increases with v1, knot by knot.
+    knots = np.array(TABLES.velocity_m_s)
+    left = level * np.array(TABLES.shape) + damping * knots
+
+    def deflection_rate(u, y):
+        return velocity(u) - np.interp(spring(y) + damping * velocity(u), left, knots)
+
+    def spring(y):
+        return stiffness_n_m * y * (1.0 + per_m2 * y * y)
+
+    first_n = backbone_force(float(v[0]), 1.5, 45.0, TABLES)
+    y0 = brentq(lambda y: spring(y) - first_n, -1.0, 1.0)
+    exact = solve_ivp(deflection_rate, (0.0, T), [y0], t_eval=t, method="LSODA", rtol=1e-6, atol=1e-9).y[0]
+    assert relative(-x1, exact) < (5e-3 if dt_s < 0.001 else 4e-2)
+    assert np.all(np.abs(v1) <= np.max(np.abs(v)) + 2.0 * level / stiffness_n_m / dt_s)
+
+
+def test_the_mount_carries_what_the_damper_gives_behind_a_lag_as_long_as_its_own():
+    t, v = signals(0.001)
+    run = Run.of(0.001, v, 1.5, 45.0, np.zeros(t.size))
+    made = trace(
+        run, with_effects(make_damper(), mount_compliance={"compliance_m_n": 5e-7, "damping_n_s_m": 0.0})
+    )
+    lag = plain_lag(make_damper().forward_filter.resampled(1000.0).coefficients)
+    carried = stages.filtered(made.static_n, lag, settled=True)
+    assert -made.displacement_m / 5e-7 == pytest.approx(carried, abs=1e-6 * np.max(np.abs(carried)))

@@ -1,0 +1,233 @@
+"""Elasticity before yield: its equations, its parts, its inverse, and the energy it may not make."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from effects.equations import TABLES, relative, signals, solved, velocity
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mrctl.model.effects.registry import effects
+from mrctl.model.static import force_level
+from mrctl.simulate import stages
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])
+def test_elasticity_before_yield_solves_its_differential_equation(dt_s):
+    t, v = signals(dt_s)
+    level = force_level(1.5, 45.0, TABLES)
+
+    def backbone(u):
+        return level * np.interp(velocity(u), TABLES.velocity_m_s, TABLES.shape)
+
+    length = 1e-6 * level + 3e-4
+    exact = solved(lambda u, f: abs(velocity(u)) / length * (backbone(u) - f), float(backbone(0.0)), t)
+    effect = effects()["preyield_stiffness"]
+    ours = stages.yielding(
+        [(effect, (3e-4, 1e-6, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0))],
+        backbone(t),
+        v,
+        np.zeros(t.size),
+        np.full(t.size, level),
+        dt_s,
+    )
+    assert relative(ours, exact) < (0.01 if dt_s < 0.001 else 0.1)
+
+
+def test_the_elastic_loop_depends_on_displacement_not_on_speed():
+    effect, level = effects()["preyield_stiffness"], 2000.0
+    loops = []
+    for slow in (1.0, 4.0):
+        dt = 0.0005 * slow
+        t = np.arange(8000) * dt
+        v = 0.3 / slow * np.cos(2.0 * np.pi * 2.0 / slow * t)
+        b = level * np.sign(v)
+        loops.append(
+            stages.yielding(
+                [(effect, (2e-4, 1e-6, 0.0, 0.7, 0.2, 0.4, 0.3, 0.0))],
+                b,
+                v,
+                0.0 * v,
+                np.full(t.size, level),
+                dt,
+            )
+        )
+    assert loops[0] == pytest.approx(loops[1], abs=1e-6)
+
+
+@pytest.mark.parametrize("flow_s_m", [0.0, 0.6])
+def test_what_flows_is_not_elastic(flow_s_m):
+    """A yielding part over which Dahl's equation holds, and beside it a part that follows the velocity."""
+    t, v = signals(0.0005)
+    level, length = 1200.0, 6e-4
+
+    def yields(u):
+        return np.tanh(velocity(u) / 0.03)
+
+    z = solved(lambda u, z: abs(velocity(u)) / length * (yields(u) - z), float(yields(0.0)), t)
+    shape = yields(t) + flow_s_m * v
+    ours = yielding((length, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, flow_s_m), level * shape, v, level, 0.0005)
+    assert relative(ours, level * (z + flow_s_m * v)) < 0.01
+
+
+def test_with_creep_a_slow_fluid_relaxes_in_time_as_a_spring_in_series_does():
+    effect, level, knee, length = effects()["preyield_stiffness"], 1000.0, 0.05, 5e-4
+    after = []
+    for v in (0.001, 0.004):  # on the straight part of g = v / knee
+        force = np.full(200, level * v / knee)
+        force[0] = 0.0
+        out = stages.yielding(
+            [(effect, (length, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0))],
+            force,
+            np.full(200, v),
+            np.zeros(200),
+            np.full(200, level),
+            1e-4,
+        )
+        after.append(out[100] / force[100])
+    assert after[0] == pytest.approx(after[1], abs=1e-6)
+    assert after[0] == pytest.approx(1.0 - np.exp(-0.01 * knee / length), abs=0.01)
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])
+def test_the_plastic_part_before_yield_is_bouc_and_wens_beside_the_shape(dt_s):
+    t, v = signals(dt_s)
+    level, length, plastic = force_level(1.5, 45.0, TABLES), 1e-3, 0.3
+    beside = level * np.interp(v, TABLES.velocity_m_s, TABLES.shape)
+
+    def wen(u, z):  # A = gamma = 1 / length, beta = 0, n = 1
+        return (velocity(u) - abs(velocity(u)) * z) / length
+
+    exact = beside + plastic * level * solved(wen, np.sign(v[0]), t)
+    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 0.0, 0.0, 0.0), beside, v, level, dt_s)
+    assert relative(ours, exact) < (0.002 if dt_s < 0.001 else 0.02)
+
+    def rounded(u, z):  # A = 1 / length, beta = gamma = A / 2, n = 2
+        return (velocity(u) - 0.5 * (abs(velocity(u)) * z * abs(z) + velocity(u) * z * z)) / length
+
+    exact = beside + plastic * level * solved(rounded, np.sign(v[0]), t)
+    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 1.0, 0.0, 0.0), beside, v, level, dt_s)
+    assert relative(ours, exact) < (0.002 if dt_s < 0.001 else 0.02)
+
+
+def test_the_plastic_part_is_exact_for_a_velocity_held_through_each_sample():
+    rng = np.random.default_rng(1)
+    dt, fine, level, plastic = 0.002, 400, 1500.0, 0.3
+    v = 0.4 * rng.standard_normal(60) * rng.integers(0, 2, 60)
+    for length, compliance in ((4e-4, 0.0), (2e-4, 3e-7)):
+        whole = length + compliance * level
+        z, exact = np.sign(v[0]), []
+        for speed in v:
+            for _ in range(fine):  # the midpoint rule
+                half = z + 0.5 * dt / fine * (speed - abs(speed) * z) / whole
+                z += dt / fine * (speed - abs(speed) * half) / whole
+            exact.append(plastic * level * z)
+        exact = np.array(exact) - exact[0]  # the first sample begins yielded
+        ours = yielding(
+            (length, compliance, 0.0, 0.0, plastic, 0.0, 0.0, 0.0), np.zeros(v.size), v, level, dt
+        )
+        assert ours - ours[0] == pytest.approx(exact, abs=1e-4 * plastic * level)
+
+
+def test_the_sharp_part_is_a_spring_before_friction():
+    dt, level, length, plastic = 0.001, 1500.0, 2e-3, 0.3
+    x = 0.01 * np.sin(12.0 * np.arange(2000) * dt)
+    v = np.diff(x, prepend=x[0]) / dt
+    slider, exact = x[0], []  # the friction's end of the spring, which follows when the spring is at its most
+    for at in x:
+        slider = min(max(slider, at - length), at + length)
+        exact.append(plastic * level * (at - slider) / length)
+    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 0.3, 1.0, 0.0), np.zeros(v.size), v, level, dt)
+    assert ours == pytest.approx(exact, abs=1e-6)
+    assert np.ptp(ours) == pytest.approx(2.0 * plastic * level)
+
+
+def test_without_a_length_the_plastic_part_is_the_sign_of_the_velocity_and_nothing_at_rest():
+    v = np.array([0.0, 0.0, 0.2, -0.2, -0.2, 0.0, 0.2])
+    beside = 100.0 * np.sign(v)
+    ours = yielding((0.0, 0.0, 0.0, 1.0, 0.1, 0.0, 0.0, 0.0), beside, v, 1000.0, 0.001)
+    assert ours == pytest.approx([0.0, 0.0, 200.0, -200.0, -200.0, -100.0, 200.0], abs=1e-5)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.floats(0.0, 5e-3), st.floats(0.0, 2e-6), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0)
+)
+def test_the_force_is_linear_in_the_plastic_part(length, compliance, creep, share, plastic):
+    v = signals(0.001, 0.5)[1]
+    beside = 1000.0 * np.tanh(v / 0.05)
+    none, some, all_ = (
+        yielding((length, compliance, creep, share, w, share, creep, plastic), beside, v, 1000.0, 0.001)
+        for w in (0.0, plastic, 1.0)
+    )
+    assert some == pytest.approx(none + plastic * (all_ - none), abs=1e-9)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.floats(0.0, 3e-3),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(-1.0, 1.0),
+    st.floats(0.02, 1.0),
+    st.floats(-0.5, 0.5),
+    st.floats(50.0, 3000.0),
+)
+def test_undoing_the_elasticity_before_yield_gives_the_wanted_force(
+    length, creep, share, plastic, elastic, shape, velocity_m_s, wanted
+):
+    effect = effects()["preyield_stiffness"]
+    p, state = (
+        (length, 0.0, creep, share, plastic, share, creep, plastic),
+        [elastic, shape - plastic * velocity_m_s, -elastic, elastic, shape],
+    )
+    for sign in (1.0, -1.0):
+        static = effect.undo(p, list(state), sign * wanted, velocity_m_s, 0.0, 1000.0, 0.001)
+        level = static / shape
+        if level > 0.0:  # else no current makes a force of this sign
+            made = effect.step(p, list(state), static, velocity_m_s, 0.0, level, 0.001)
+            if level * shape < 4.99 * wanted:
+                assert made == pytest.approx(sign * wanted, rel=1e-9)
+            else:
+                assert -1e-9 * wanted <= sign * made <= wanted * (1.0 + 1e-9)  # but for rounding
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.floats(0.0, 5e-3),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.02, 0.8),
+    st.sampled_from([1.0, 2.0, 5.0]),
+)
+def test_the_elasticity_before_yield_takes_energy_out_of_closed_cycles(
+    length, creep, share, plastic, speed, frequency_hz
+):
+    dt, cycle = 0.001, round(1000.0 / frequency_hz)
+    v = speed * np.sin(2.0 * np.pi * frequency_hz * dt * np.arange(6 * cycle))
+    made = yielding(
+        (length, 0.0, creep, share, plastic, creep, share, 0.0), 1000.0 * np.tanh(v / 0.1), v, 1000.0, dt
+    )
+    assert np.sum(made[-cycle:] * v[-cycle:]) >= 0.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.floats(0.0, 5e-3),
+    st.lists(st.floats(-0.8, 0.8), min_size=2, max_size=40),
+    st.sampled_from([0.0, 1.0]),
+    st.sampled_from([0.0, 1.0]),
+)
+def test_the_plastic_part_takes_energy_out_whatever_the_motion(length, motion, rounded, sharp):
+    """But for what it stored before: at most half a length's work, as of a spring."""
+    v, dt = np.array(motion), 0.001
+    made = yielding((length, 0.0, 0.0, 0.0, 1.0, rounded, sharp, 0.0), np.zeros(v.size), v, 1.0, dt)
+    assert np.sum(made * v) * dt >= -0.5 * max(length, 1e-5) - 1e-12
+
+
+def yielding(p, force_n, v, level_n, dt_s):
+    effect = effects()["preyield_stiffness"]
+    return stages.yielding([(effect, p)], force_n, v, 0.0 * v, np.full(v.size, level_n), dt_s)
