@@ -31,20 +31,9 @@ def data_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def effects_of(calibration: Calibration) -> tuple[list[Effect], dict[str, Vector]]:
-    """The calibration's effects and their parameters; those that `identify` chose by itself are left out.
-
-    Such an effect is proven anew, beside its rivals.
-    """
-    chosen = {
-        name for step in calibration.provenance.history if step.what == "identify" for name in step.effects
-    }
-    kept = {
-        name for step in calibration.provenance.history if step.what != "identify" for name in step.effects
-    }
+    """The calibration's effects and their parameters."""
     known, values = [], {}
     for setting in calibration.damper.effects:
-        if setting.name in chosen and setting.name not in kept:
-            continue
         effect = effect_named(setting.name)
         known.append(effect)
         values[setting.name] = effect.vector(setting.parameters)

@@ -49,30 +49,21 @@ def run(args: argparse.Namespace) -> int:
     """Extend, prove, write."""
     check_outputs(args, updates="calibration")  # whose history goes on
     calibration = load_calibration(args.calibration)
-    if not args.effect and not args.remove:
-        raise InputError.at(
-            "--effect", "nothing to add or remove", "name an effect; `mrctl effects` lists them"
-        )
     has = {setting.name for setting in calibration.damper.effects}
-    for name in args.remove:
-        if name not in has:
-            raise InputError.at(
-                args.calibration,
-                f"has no effect {name} to remove",
-                f"it has {', '.join(sorted(has)) or 'none'}",
-            )
-    added = effects_named(args.effect, "--effect")
+    _check_names(args, has)
+    added = [e for e in effects_named(args.effect, "--effect") if e.name not in has]
     try_own_effects()
     campaign = load_sound(args)
     known, values = effects_of(calibration)
-    wanted = {e.name for e in added}
-    kept = [e for e in known if e.name not in args.remove and e.name not in wanted]
+    kept, removed = ([e for e in known if (e.name in args.remove) is out] for out in (False, True))
+    for name in sorted(has & set(args.effect)):
+        print(f"note: {args.calibration} has {name} already; it is fitted anew", file=sys.stderr)
     with Progress("Extending", 1.0, quiet=args.quiet or args.json == "-") as progress:
         try:
-            result = extend(campaign, kept, added, values, report=progress.update)
+            result = extend(campaign, kept, added, values, report=progress.update, removed=removed)
         except FilterError as error:
             raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
-    parts = ["extend"] * bool(added) + ["remove " + ", ".join(args.remove)] * bool(args.remove)
+    parts = ["extend"] * bool(args.effect) + ["remove " + ", ".join(args.remove)] * bool(args.remove)
     what = " and ".join(parts)
     write_extended(
         result, calibration.name, campaign, args.data, args.output, what, calibration.provenance.history
@@ -95,6 +86,23 @@ def run(args: argparse.Namespace) -> int:
     if not args.quiet:
         print_extension(figures, args.output)
     return 0
+
+
+def _check_names(args: argparse.Namespace, has: set[str]) -> None:
+    """Raises InputError for names that cannot be added to or removed from a calibration of these effects."""
+    if not args.effect and not args.remove:
+        raise InputError.at(
+            "--effect", "nothing to add or remove", "name an effect; `mrctl effects` lists them"
+        )
+    for name in args.remove:
+        if name not in has:
+            raise InputError.at(
+                args.calibration,
+                f"has no effect {name} to remove",
+                f"it has {', '.join(sorted(has)) or 'none'}",
+            )
+        if name in args.effect:
+            raise InputError.at("--remove", f"{name} is to be added as well", "name it in one of the two")
 
 
 def print_extension(figures: dict[str, Any], output: str) -> None:

@@ -79,6 +79,7 @@ def tell(config: Config, folder: Path, report: Report) -> Story:
     from mrctl.discover.extended_calibration import write_extended  # noqa: PLC0415
     from mrctl.discover.figures import diagnosis_figures  # noqa: PLC0415
     from mrctl.discover.report_parts import falling_error  # noqa: PLC0415
+    from mrctl.identify.finish import damper_of  # noqa: PLC0415
     from mrctl.measurements import load_campaign, write_run_csv  # noqa: PLC0415
     from mrctl.plant.dyno.campaign import Bench, with_typical  # noqa: PLC0415
 
@@ -111,7 +112,7 @@ def tell(config: Config, folder: Path, report: Report) -> Story:
         runs,
         extended,
         page,
-        missed_by(damper, replace(better.damper, effects=())),
+        missed_by(damper, damper_of(extension.base)),
         missed_by(damper, better.damper),
         run_on_bus(load_config(extended), BUS_SECONDS),
     )

@@ -115,7 +115,7 @@ def _where(page: Page, result: Comparison) -> None:
             name = f"Mean error by {BY_NAME[x].words} and {BY_NAME[y].words}"
             page.figure(
                 heat_map(name, _label(x), _label(y), *found, RESIDUAL, diverging=True),
-                "Positive: the model gives too small a force. Hatched: too few independent samples.",
+                "Positive: measured above the model, negative: below. Hatched: too few independent samples.",
             )
 
 

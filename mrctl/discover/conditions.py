@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
+from mrctl.discover.signals import current_rate_a_s
 from mrctl.identify.noise import correlation_inflation
 from mrctl.measurements.run import Run
 
@@ -74,10 +75,7 @@ class Band:
 def signal(run: Run, name: str) -> Array:
     """A variable's values (n) over a run."""
     if name == "current_rate_a_s":
-        # Held currents step: over 5 ms, so that the sample rate does not set the size of a step.
-        span = max(1, round(0.005 * run.sample_rate_hz))
-        before = np.concatenate((np.full(span, run.current_a[0]), run.current_a))[: len(run)]
-        return np.asarray((run.current_a - before) / (span * run.dt_s))
+        return current_rate_a_s(run.current_a, run.sample_rate_hz)
     if name == "energy_j":
         return np.asarray(np.cumsum(run.force_n * run.velocity_m_s) * run.dt_s)
     if name == "time_s":

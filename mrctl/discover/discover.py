@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from mrctl.discover.diagnose import Diagnosis, diagnose
 from mrctl.discover.extend import Extension, extend
 from mrctl.discover.unseen import motion_parts
+from mrctl.discover.verdict import Found, judged_by
 from mrctl.measurements.run import Campaign
+from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects
 
 Report = Callable[[float, str], None]
@@ -32,40 +34,68 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
     is called unexplained. A campaign of too few motions adds no effect that has rivals.
     """
     found = diagnose(campaign, report=lambda share, what: report(0.6 * share, what))
-    part_only = found.verdict == "unexplained"
-    known = effects()
-    moves = motion_parts(found.evidence.measured) is not None
-    taken = [one for one in found.found if part_only or moves or not one.rivals]
-    places = {one.trial.effect.name: one for one in taken}
-    rivals = {name: [known[r.name] for r in one.rivals] for name, one in places.items()}
-    others = {name: one.others if part_only else rivals[name] for name, one in places.items()}
-    others = {name: [o for o in some if o.name not in places] for name, some in others.items()}
-    doubted = {name for name in places if part_only or rivals[name]}
+    extension = extension_of(campaign, found, lambda share, what: report(0.6 + 0.4 * share, what))
+    verdict = found.verdict
+    if verdict == "found":
+        # Of what is left beside it, which may be more than noise.
+        verdict = judged_by(found.evidence, found.final, found.final, []).verdict
+    if extension.refused and verdict == "none":
+        verdict = "unexplained"
+    return Discovery(found, extension, verdict, _words(found, extension, verdict))
+
+
+def extension_of(
+    campaign: Campaign, found: Diagnosis, report: Report = lambda _share, _what: None
+) -> Extension:
+    """What a diagnosis found, added to the model that it found it with, one by one, and proven.
+
+    Raises what `extend` raises.
+    """
+    taken = _taken(found)
+    names = [one.trial.effect.name for one in taken]
     fit = found.final.fit
-    values = {one.trial.effect.name: fit.effect_values[one.trial.effect.name] for one in taken}
-    free = {one.trial.effect.name: one.trial.look.free.tolist() for one in taken}
-    extension = extend(
+    return extend(
         campaign,
         (),
         [one.trial.effect for one in taken],
-        values,
-        free,
-        lambda share, what: report(0.6 + 0.4 * share, what),
+        {name: fit.effect_values[name] for name in names},
+        {one.trial.effect.name: one.trial.look.free.tolist() for one in taken},
+        report,
         found.evidence,
         falling=True,
-        unseen=doubted,
-        instead=others,
+        unseen={one.trial.effect.name for one in taken if found.verdict == "unexplained" or one.rivals},
+        instead=_others(found, taken),
         begin=fit,
     )
-    verdict = "none" if found.verdict == "found" else found.verdict
-    if extension.refused and verdict == "none":
-        verdict = "unexplained"
+
+
+def _taken(found: Diagnosis) -> list[Found]:
+    """The effects to add; without enough motions to decide by, none that has rivals."""
+    if found.verdict == "unexplained" or motion_parts(found.evidence.measured) is not None:
+        return found.found
+    return [one for one in found.found if not one.rivals]
+
+
+def _others(found: Diagnosis, taken: Sequence[Found]) -> dict[str, list[Effect]]:
+    """By the name of an effect to add, those that may stand in its place."""
+    known, names = effects(), {one.trial.effect.name for one in taken}
+    places = {}
+    for one in taken:
+        rivals = [known[r.name] for r in one.rivals]
+        others = one.others if found.verdict == "unexplained" else rivals
+        places[one.trial.effect.name] = [o for o in others if o.name not in names]
+    return places
+
+
+def _words(found: Diagnosis, extension: Extension, verdict: str) -> str:
+    """What remains, in a sentence or two."""
     words = {
         "none": "Nothing is left that this campaign can show.",
         "ambiguous": "What is left could be one of several effects; see the next run.",
         "unexplained": "What is left is explained by no known effect.",
     }[verdict]
-    for name, own in others.items() if verdict == "ambiguous" else []:
+    places = _others(found, _taken(found)) if verdict == "ambiguous" else {}
+    for name, own in places.items():
         alike = [name, *(other.name for other in own)]
         added = next((one for one in alike if one in extension.effects), None)
         if own and added is not None:
@@ -74,4 +104,4 @@ def discover(campaign: Campaign, report: Report = lambda _share, _what: None) ->
     if extension.refused:
         names = ", ".join(extension.refused)
         words += f" Not added, since runs or motions that were left out are predicted worse with it: {names}."
-    return Discovery(found, extension, verdict, words)
+    return words

@@ -31,7 +31,7 @@ class Extension:
     """A model with effects: fitted to all runs, with its error on runs that another fit did not see."""
 
     effects: tuple[str, ...]
-    base: JointFit  # the model without the added effects, fitted to all runs
+    base: JointFit  # the model as it was, without the added and with the removed effects, fitted to all runs
     fit: JointFit
     damper: Damper
     std: dict[str, tuple[float, ...]]
@@ -42,12 +42,12 @@ class Extension:
 
     @property
     def rmse_before_n(self) -> float:
-        """Held out, without the new effects."""
+        """Held out, with the effects that were there before."""
         return self.steps[0][1]
 
     @property
     def rmse_after_n(self) -> float:
-        """Held out, with them."""
+        """Held out, with those that are in it now."""
         return self.steps[-1][1]
 
 
@@ -64,9 +64,11 @@ def extend(
     unseen: Collection[str] = (),
     instead: Mapping[str, Sequence[Effect]] | None = None,
     begin: JointFit | None = None,
+    removed: Sequence[Effect] = (),
 ) -> Extension:
     """Fit base, known and added effects; the error before and after each on runs left out, as measured.
 
+    removed: effects that were in the model beside the known ones: the first error is with them.
     values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it;
     without one it is made here. falling: leave away those with which the error on the runs left out rises,
     or that end as nothing; unseen: of these names also those with which that on motions left out does, as
@@ -81,18 +83,21 @@ def extend(
     """
     given = dict(values or {})
     measured = Evidence.of(campaign)
-    known, added = measured.sized(known), measured.sized(added)
+    known, added, removed = (measured.sized(some) for some in (known, added, removed))
+    were = (*known, *removed)
     others = {name: measured.sized(own) for name, own in (instead or {}).items()}
-    records = thinned((evidence or _ready(measured, (*known, *added), given)).full)
+    records = thinned((evidence or _ready(measured, (*were, *added), given)).full)
     parts = split(campaign, thinned(measured.full), records)
-    report(0.0, ", ".join(e.name for e in known) or "base model")
-    first = fitted(parts.training, known, {e.name: given.get(e.name, e.typical) for e in known}, free=free)
+    begins = {e.name: given.get(e.name, e.typical) for e in were}
+    report(0.0, ", ".join(_names(were)) or "base model")
 
     def motions() -> Unseen | None:
         return Unseen.of(records, thinned(measured.full), known, given, free) if unseen else None
 
-    here = before = _Model(tuple(known), first, parts, free, motions)
-    steps, refused = [(_names(known), here.error_n)], []
+    here = was = _Model(were, fitted(parts.training, were, begins, free=free), parts, free, motions)
+    if removed:
+        here = _Model(tuple(known), fitted(parts.training, known, begins, free=free), parts, free, motions)
+    steps, refused = [(_names(one.chosen), one.error_n) for one in dict.fromkeys((was, here))], []
     for count, effect in enumerate(added, 1):
         if effect.name in _names(here.chosen):  # in another's place
             continue
@@ -115,7 +120,7 @@ def extend(
     report((len(added) + 1) / (len(added) + 2), "all runs")
     whole = fitted(records, here.chosen, dict(here.fit.effect_values), start=here.fit, free=free)
     std = table_std(whole, whole.covariance())
-    plain = whole if here is before else fitted(records, known, given, start=first)
+    plain = whole if here is was else fitted(records, were, begins, start=was.fit)
     return Extension(
         _names(here.chosen),
         plain,

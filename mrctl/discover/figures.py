@@ -46,6 +46,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             {
                 "effect": f.trial.effect.name,
                 "parameters": parameters_of(d.final.fit, f.trial.effect.name),
+                "derived": derived_of(d.final.fit, f.trial.effect.name),
                 "rivals": [{"effect": r.name, "why": r.why} for r in f.rivals],
             }
             for f in d.found
@@ -111,6 +112,7 @@ def _entry(t: Trial, d: Diagnosis, significant: bool, rivals: list[str] | None) 
         "significant": significant,
         "rivals": rivals or [],
         "parameters": parameters_of(t.fit, t.effect.name),
+        "derived": derived_of(t.fit, t.effect.name),
         "equation": card(t.effect)["equation"],
         "chance": t.chance,
     }
@@ -141,6 +143,13 @@ def parameters_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
             "ci95": None if held or std == 0.0 else [low, high],  # nothing was seen of it
         }
     return result
+
+
+def derived_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
+    """What an effect's parameters in a fit come to in words of the field: value and unit of each."""
+    effect = next(e for e in fit.model.effects.chosen if e.name == name)
+    found = {} if effect.derived is None else effect.derived(fit.effect_values[name])
+    return {words: {"value": value, "unit": unit} for words, (value, unit) in found.items()}
 
 
 def _by_run(d: Diagnosis, values: Sequence[float]) -> dict[str, float]:

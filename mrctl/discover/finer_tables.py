@@ -10,12 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from mrctl.discover.proof import Proof
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.layout import Layout, Tables
+from mrctl.identify.solver import scaled_solution
 
 Array = NDArray[np.float64]
 
@@ -31,11 +31,9 @@ def finer_score(proof: Proof, colour: Array) -> float:
     model, theta = finer(proof.fit)
     was, left, gram, right, rows = [], [], np.zeros((model.size, model.size)), np.zeros(model.size), []
     for weight, (rest, line) in zip(model.weights, model.jacobians(theta), strict=True):
-        gram[np.ix_(line.index, line.index)] += weight * (line.values @ line.values.T)
-        right[line.index] += weight * (line.values @ rest)
+        line.add_to(gram, right, rest, weight)
         rows.append((rest, line))
-    gram[np.diag_indices_from(gram)] += RIDGE * np.maximum(np.diag(gram), 1e-30)
-    step = cho_solve(cho_factor(gram), right)
+    step = scaled_solution(gram, right, RIDGE, np.diag(gram))
     for rest, line in rows:
         after = rest - step[line.index] @ line.values
         was.append(float(rest @ rest))

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.penalties import total_weight
+from mrctl.identify.penalties import total_weight, weighed_as
 from mrctl.identify.records import Record
+from mrctl.identify.solver import scaled_solution
 from mrctl.model.effects.base import Effect
 
 Array = NDArray[np.float64]
@@ -28,6 +28,7 @@ SECONDS, RATE_HZ, RAMP_S = 4.0, 500.0, 0.5
 CYCLES = 4.0  # at least: of fewer, a displacement derived from the velocity is not to be trusted
 FREQUENCIES_HZ = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 STROKE_SHARES = (1.0, 0.5, 0.2)
+OPEN = 1e-10  # ridge for what the campaign leaves open, of each parameter's own information
 CLEAR = 5.0  # standard deviations that count as clear
 
 
@@ -121,11 +122,12 @@ class _Alternative:
             strict=True,
         ):
             gap = self._model.weighed(record, target - start)[-rows.values.shape[1] :]
-            matrix[np.ix_(rows.index, rows.index)] += weight * (rows.values @ rows.values.T)
-            right[rows.index] += weight * (rows.values @ gap)
+            rows.add_to(matrix, right, gap, weight)
             square += weight * float(gap @ gap)
-        self._matrix = matrix + total_weight(self._model.penalties())
+        # At the weights that the campaign's evidence gave them: the new run is seen beside that campaign.
+        self._matrix = matrix + total_weight(weighed_as(fit.penalties, self._model.penalties()))
         self._right, self._square = right, square
+        self._without = _least(self._matrix, right, square, self._move)
         self._weight = float(np.median(self._model.weights))
 
     def separation(self, record: Record) -> float:
@@ -135,22 +137,14 @@ class _Alternative:
         _, rows = next(iter(model.jacobians(self._theta)))
         gap = model.weighed(record, truth - start)[-rows.values.shape[1] :]
         matrix, right = self._matrix.copy(), self._right.copy()
-        matrix[np.ix_(rows.index, rows.index)] += self._weight * (rows.values @ rows.values.T)
-        right[rows.index] += self._weight * (rows.values @ gap)
+        rows.add_to(matrix, right, gap, self._weight)
         square = self._square + self._weight * float(gap @ gap)
-        with_run = _least(matrix, right, square, self._move)
-        return float(
-            np.sqrt(max(with_run - _least(self._matrix, self._right, self._square, self._move), 0.0))
-        )
+        return float(np.sqrt(max(_least(matrix, right, square, self._move) - self._without, 0.0)))
 
 
 def _least(matrix: Array, right: Array, square: float, move: NDArray[np.intp]) -> float:
-    part = matrix[np.ix_(move, move)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-30))
-    scaled = part * np.outer(scale, scale)
-    scaled[np.diag_indices_from(scaled)] += 1e-10
-    side = scale * right[move]
-    return square - float(side @ cho_solve(cho_factor(scaled), side))
+    part, side = matrix[np.ix_(move, move)], right[move]
+    return square - float(side @ scaled_solution(part, side, OPEN, np.diag(part)))
 
 
 def _proposals(model: JointModel) -> list[tuple[float, float, str, Record]]:

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import chi2
 
 from mrctl.discover.folds import labels
+from mrctl.identify.base import Rows
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.noise import correlation_inflation
 from mrctl.identify.penalties import total_weight
+from mrctl.identify.solver import scaled_solution
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -68,9 +69,8 @@ def prove(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Proof:
         label = labels(own, rest.size)
         for fold in sorted(set(own)):
             part = label == fold
-            values, miss = rows.values[:, part], rest[part]
-            matrices[fold][np.ix_(rows.index, rows.index)] += weight * (values @ values.T)
-            rights[fold][rows.index] += weight * (values @ miss)
+            own_rows = Rows(rows.values[:, part], rows.index)
+            own_rows.add_to(matrices[fold], rights[fold], rest[part], weight)
         inside.append(float(rest @ rest))
         counts.append(rest.size)
         colour.append(correlation_inflation(rest))
@@ -92,12 +92,8 @@ def prove(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Proof:
 def _step(rest: Array, whole: Array, right: Array, fit: JointFit) -> Array:
     """The Newton step away from what one fold says; `whole`: what all folds say of each parameter."""
     free = np.flatnonzero(~fit.solution.held)
-    part = rest[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.maximum(whole[free], 1e-30))
-    scaled = part * np.outer(scale, scale)
-    scaled[np.diag_indices_from(scaled)] += OPEN
     step = np.zeros(fit.theta.size)
-    step[free] = -scale * cho_solve(cho_factor(scaled), scale * right[free])
+    step[free] = -scaled_solution(rest[np.ix_(free, free)], right[free], OPEN, whole[free])
     return step
 
 

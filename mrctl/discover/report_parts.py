@@ -119,6 +119,7 @@ def _candidate(name: str, entry: Figures | None, found: Figures | None) -> Card:
     values = [
         (key, _parameter(p)) for key, p in source.get("parameters", {}).items() if p["ci95"] is not None
     ]
+    values += [(key, format_quantity(p["value"], p["unit"])) for key, p in source.get("derived", {}).items()]
     if entry is not None:
         values.append(("removes", f"{entry['removed_percent']:.1f} % by itself"))
     rivals = (found or {}).get("rivals", [])
@@ -162,13 +163,14 @@ def what_it_becomes(
         "Each effect is fitted together with the base; the runs left out are the same at each step.",
     )
     old, new = (f.model.on(records).predict(f.theta) for f in (before, after))
-    order = np.argsort([-float(np.mean((r.force_n - y) ** 2)) for r, y in zip(records, old, strict=True)])
+    errors = [_at_samples(r, y) for r, y in zip(records, old, strict=True)]
+    order = np.argsort([-float(np.mean(error**2)) for error in errors])
     chosen = dict.fromkeys([int(order[0]), int(order[len(order) // 2])])
     spectra = []
     for k in chosen:
         _run(page, records[k], campaign.runs[records[k].run].name, old[k], new[k])
         for label, y in (("before", old[k]), ("after", new[k])):
-            f, density = spectrum(records[k].force_n - y, records[k].rate_hz)
+            f, density = spectrum(_at_samples(records[k], y), records[k].rate_hz / records[k].finer)
             keep = (f > 0.0) & (density > 0.0)
             if k == int(order[0]):
                 spectra.append(Series(label, f[keep], np.sqrt(density[keep])))
@@ -180,13 +182,22 @@ def what_it_becomes(
 
 def falling_error(steps: Sequence[tuple[Sequence[str], float]], floor: float | None) -> Figure:
     """The error on what was left out, effect by effect, down to the noise; in N."""
-    labels = [(_step(names, k), rmse) for k, (names, rmse) in enumerate(steps)]
+    befores = [None, *(names for names, _ in steps)]
+    labels = [(_step(names, before), rmse) for (names, rmse), before in zip(steps, befores, strict=False)]
     reference = Reference(floor, "noise") if floor is not None else None
     return waterfall("Held-out error", "RMSE (N)", labels, floor=reference, unit="N")
 
 
-def _step(names: Sequence[str], k: int) -> str:
-    return f"+ {names[-1]}" if k and names else ", ".join(names) or "base model"
+def _step(names: Sequence[str], before: Sequence[str] | None) -> str:
+    if before is None:
+        return ", ".join(names) or "base model"
+    less, more = ([n for n in one if n not in other] for one, other in ((before, names), (names, before)))
+    return " ".join([f"- {', '.join(less)}"] * bool(less) + [f"+ {', '.join(more)}"] * bool(more))
+
+
+def _at_samples(record: Record, modelled_n: Array) -> Array:
+    """Measured less modelled force at the samples measured: what is between them has no noise of its own."""
+    return np.asarray((record.force_n - modelled_n)[:: record.finer])
 
 
 def _run(page: Page, record: Record, name: str, old: Array, new: Array) -> None:
@@ -208,7 +219,8 @@ def _run(page: Page, record: Record, name: str, old: Array, new: Array) -> None:
                 Panel(RESIDUAL, errors, height=140),
             ],
         ),
-        f"`{name}`: {_rms(record.force_n - old):.3g} N before, {_rms(record.force_n - new):.3g} N after.",
+        f"`{name}`: {_rms(_at_samples(record, old)):.3g} N before, "
+        f"{_rms(_at_samples(record, new)):.3g} N after.",
     )
     loops = []
     for label, x in (("Velocity (m/s)", record.velocity_m_s), ("Stroke (m)", record.displacement_m)):

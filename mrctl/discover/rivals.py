@@ -24,7 +24,6 @@ GOOD_PART = 0.2  # of a force's square sum that one of its parameters must make,
 BLOCKED = 0.1  # of the found effect's gain: what takes less, was held back
 AS_GOOD, AS_GOOD_SHARE = 1.01, 0.98  # of the mean square left, of that taken: a smaller effect does it too
 CONTAINED = 0.99  # as SAME_DIRECTION, where one effect is a special case of the other
-SAME_REMOVED = 0.97  # of what the found effect takes off, where neither reaches the noise
 STEADY_LEVEL = 0.15  # spread of f h over its median: in less, only an exact form tells what hangs on it
 FORM_SHARE, FORM_LEFT = 0.985, 1.03  # of what is taken and left: nearer, and only an exact form would tell
 BENT_LEFT = 1.05  # as FORM_LEFT, beside an effect that comes as near only at the ends of its form
@@ -64,10 +63,9 @@ def contains(larger: Trial, smaller: Trial, level: Level) -> bool:
     return larger.parameters > smaller.parameters and same_direction(own, other, parts=False) >= CONTAINED
 
 
-def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
-    """Rivals of a trial at its level; `cleared`: with it, nothing but noise is left."""
+def rivals_of(chosen: Trial, level: Level) -> list[Rival]:
+    """Rivals of a trial at its level: what this campaign does not tell from it."""
     found: dict[str, Rival] = {}
-    removed = chosen.gain
     larger = {
         t.effect.name
         for t in level.trials
@@ -79,8 +77,6 @@ def rivals_of(chosen: Trial, level: Level, *, cleared: bool) -> list[Rival]:
             continue
         if chosen.score - other.score < CLOSE_SCORE:
             found[name] = Rival(name, "it fits this campaign as well")
-        elif not cleared and _taken(other) >= SAME_REMOVED * _taken(chosen) and removed > 0.0:
-            found[name] = Rival(name, "it removes as much of the error, and neither reaches the noise")
         elif _as_near(chosen, other, level):
             found[name] = Rival(name, "it leaves hardly more: only exact forms would tell them apart")
     why = "in this campaign its force has the same course, whatever its size and sign"
@@ -185,10 +181,6 @@ def _is_bent_to(larger: Trial, smaller: Trial, level: Level) -> bool:
         and larger.parameters > smaller.parameters
         and _as_near(larger, smaller, level, BENT_LEFT)
     )
-
-
-def _taken(trial: Trial) -> float:
-    return -trial.proof.mean_square
 
 
 def same_direction(one: Look, other: Look, *, parts: bool = True) -> float:

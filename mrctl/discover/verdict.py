@@ -77,10 +77,7 @@ def judged_by(
     beside = courses_of(final)
     balance = balance_of(evidence, final, left, beside, bare=not stands)
     removable = max(known_n2, base.mean_square - final.mean_square + balance.left)
-    found = [
-        Found(trial, rivals_of(trial, level, cleared=balance.cleared), _nearly_as_good(trial, level))
-        for trial, level in stands
-    ]
+    found = [Found(trial, rivals_of(trial, level), _nearly_as_good(trial, level)) for trial, level in stands]
     courses = courses_of(base, final.colour) if final is not base else beside
     cleared = balance.cleared and not known_n2
     if not found:

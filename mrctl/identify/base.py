@@ -114,6 +114,14 @@ class Rows:
     values: Array
     index: NDArray[np.intp]
 
+    def add_to(self, matrix: Array, right: Array, miss: Array, weight: float) -> None:
+        """Add their normal equations to a matrix (p, p) and a right side (p), in place.
+
+        miss: measured less modelled force in N, as many samples as the derivatives have.
+        """
+        matrix[np.ix_(self.index, self.index)] += weight * (self.values @ self.values.T)
+        right[self.index] += weight * (self.values @ miss)
+
 
 @dataclass(frozen=True, slots=True)
 class SlopeRows:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from mrctl.identify.layout import Tables
 from mrctl.identify.noise import coloured_gram
-from mrctl.identify.penalties import Penalty, weighed_as
-from mrctl.identify.solver import Normal, Solution, covariance
+from mrctl.identify.penalties import Penalty, total_weight, weighed_as
+from mrctl.identify.solver import Normal, Solution, covariance, scaled_solution
 from mrctl.model.effects.base import Vector
 
 if TYPE_CHECKING:
@@ -101,7 +100,7 @@ class JointFit:
             meat[at] += weight**2 * coloured_gram(rows.values, rest)
         normal = Normal(bread, np.zeros(size), 0.0)
         inverse = covariance(normal, self.penalties, held)
-        prior = np.asarray(sum(p.weight * p.gram for p in self.penalties), dtype=np.float64)
+        prior = total_weight(self.penalties)
         spread = np.asarray(inverse @ (meat + prior) @ inverse, dtype=np.float64)
         count = len(own)
         if count < FEWEST_TO_DISAGREE:
@@ -149,10 +148,6 @@ def _without(
     less[np.ix_(index, index)] -= LEFT_OUT * own
     step[index] = -pull
     move = np.flatnonzero(~held)
-    part = less[np.ix_(move, move)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal)[move], 1e-30))
-    scaled = part * np.outer(scale, scale)
-    scaled[np.diag_indices_from(scaled)] += RIDGE
     moved = np.zeros(held.size)
-    moved[move] = scale * cho_solve(cho_factor(scaled), scale * step[move])
+    moved[move] = scaled_solution(less[np.ix_(move, move)], step[move], RIDGE, np.diag(normal)[move])
     return moved

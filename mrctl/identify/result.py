@@ -44,8 +44,8 @@ class Errors:
 class IdentificationResult:
     """A damper identified from a campaign.
 
-    std: standard deviations by calibration key. findings: what was not identifiable. effects: each step of
-    adding one, with its held-out error. fit: the joint fit, for those who go on from here.
+    std: standard deviations by calibration key. findings: what was not identifiable. fit: the joint fit, for
+    those who go on from here.
     """
 
     damper: Damper

@@ -157,6 +157,18 @@ class _Valley:
         return float(np.linalg.norm(step[self.move] / self.scale))
 
 
+def scaled_solution(matrix: Array, right: Array, ridge: float, sizes: Array) -> Array:
+    """The solution (p) of normal equations (p, p), each parameter in units of what the data say of it.
+
+    ridge: added to the diagonal in those units, so that what no data decide stays; sizes (p): the diagonal
+    that says how much that is. Raises LinAlgError where they are singular all the same.
+    """
+    scale = 1.0 / np.sqrt(np.maximum(sizes, 1e-30))
+    scaled = matrix * np.outer(scale, scale)
+    scaled[np.diag_indices_from(scaled)] += ridge
+    return np.asarray(scale * cho_solve(cho_factor(scaled), scale * right), dtype=np.float64)
+
+
 def covariance(system: Normal, penalties: Sequence[Penalty], held: NDArray[np.bool_]) -> Array:
     """Inverse of the penalised normal matrix over the moving parameters, 0 for those held."""
     move = np.flatnonzero(~held)

@@ -194,7 +194,7 @@ class InversePipeline(InverseModel):
         stages, dt = self._stages, self._dt_s
         field = self.current_a
         for one in stages.current:
-            field = one.next(field, dt)
+            field = one.next_held(field, dt)
         self._field_a = field
         level = force_level(field, warm_c, self._tables)
         back = level * g

@@ -12,13 +12,14 @@ from mrctl.model.static import StaticTables
 class Running:
     """One effect at work: its step, parameters and state; the state is made at the first sample."""
 
-    __slots__ = ("_effect", "_state", "p", "step", "undo")
+    __slots__ = ("_effect", "_held", "_state", "p", "step", "undo")
 
     def __init__(self, effect: Effect, p: Vector) -> None:
         self._effect = effect
         self._state: list[float] | None = None
         self.p = p
         self.step = effect.step
+        self._held = effect.held or effect.step
         self.undo = effect.undo
 
     def state(self, *first: Any) -> list[float]:  # noqa: ANN401 - as the stage's step
@@ -30,6 +31,10 @@ class Running:
     def next(self, *inputs: Any) -> Any:  # noqa: ANN401 - as the stage's step
         """The step's result; the state goes on."""
         return self.step(self.p, self.state(*inputs), *inputs)
+
+    def next_held(self, *inputs: Any) -> Any:  # noqa: ANN401 - as the stage's step
+        """As `next`, the input held through the sample."""
+        return self._held(self.p, self.state(*inputs), *inputs)
 
     def peek(self, *inputs: Any) -> Any:  # noqa: ANN401 - as the stage's step
         """The step's result; the state stays."""

@@ -33,7 +33,7 @@ def test_how_late_no_mass_comes_does_not_hide_that_it_would_have_a_springs_cours
     assert chosen.effect is spring
     screen, own = Screen(Tangent.of(level.before.fit)), chosen.fit.effect_values["gas_spring"]
     nothing = screen.at(mass, (0.0, lag_s))
-    found = rivals_of(chosen, replace(level, looks=[screen.at(spring, own), nothing]), cleared=True)
+    found = rivals_of(chosen, replace(level, looks=[screen.at(spring, own), nothing]))
     assert [rival.name for rival in found] == ["fluid_inertia"]
 
 

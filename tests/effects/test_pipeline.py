@@ -18,6 +18,7 @@ from mrctl.model.effects.registry import effects
 from mrctl.model.forward import ForwardModel
 from mrctl.model.inverse import InverseModel
 from mrctl.model.pipeline import ForwardPipeline, InversePipeline
+from mrctl.model.running import Running
 
 MOTION = st.lists(
     st.tuples(st.floats(-2.0, 2.0), st.floats(0.0, 3.0), st.floats(0.0, 110.0), st.floats(-3e3, 3e3)),
@@ -45,6 +46,25 @@ def test_without_effects_the_inverse_pipeline_is_the_inverse_model(motion):
     plain.reset(100.0, 1.0)
     ours.reset(100.0, 1.0)
     assert ours.step(50.0, 0.1, 40.0) == plain.step(50.0, 0.1, 40.0)
+
+
+@pytest.mark.parametrize("dt_s", [0.001, 0.002])
+def test_a_wish_that_steps_is_reached_by_a_held_command_without_overshoot(dt_s):
+    """The coil is solved as a differential equation, its command held as a driver holds it."""
+    lag = Running(effects()["current_lag"], (0.008, 0.02, 0.3))
+    field = 0.2
+    lag.state(field, dt_s)
+    reached = []
+    for wanted in [0.2] * 3 + [1.0] * 20 + [0.4] * 60:
+        command = lag.input_for(wanted, field, dt_s)
+        tau = (0.008 if command > field else 0.02) / (1.0 + 0.3 * field)
+        field = command + (field - command) * np.exp(-dt_s / tau)
+        assert lag.next_held(command, dt_s) == pytest.approx(field, rel=1e-9)
+        reached.append(field)
+    assert max(reached) <= 1.0 + 1e-9
+    assert reached[22] == pytest.approx(1.0, abs=1e-6)
+    assert min(reached[23:]) >= 0.4 - 1e-9
+    assert reached[-1] == pytest.approx(0.4, abs=1e-6)
 
 
 @settings(max_examples=60)

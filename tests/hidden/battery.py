@@ -6,6 +6,9 @@ The simulator beside it has equations of its own: no line of mrctl makes the dat
 B none, C physics outside the library, D confounded campaigns, E pairs, F nuisances (offset and gain of each
 run, differentiated stroke, short runs, one run), G road-like motion, H other simulators.
 
+A family named twice is drawn from twice as densely. One seed holds so many cases; for more, and in place of
+those that came twice, the next seeds are taken, and said.
+
 At the price of more time: --follow makes the run that an ambiguous diagnosis proposes and diagnoses again,
 --parameters sets values and intervals beside the truth, --inverse adds what was found to the model and
 measures prediction and force tracking on new runs of the hidden damper.
@@ -72,9 +75,9 @@ def campaigns(seed: int, families: str, cases: int, out: Path) -> dict:
     hidden: dict = {}
     todo = [(f, k) for f in families for k in range(SIZES[f])]
     share = max(1.0, len(todo) / cases)
-    with Progress("Measuring", min(cases, len(todo))) as progress:
-        for n in range(min(cases, len(todo))):
-            family, k = todo[int(n * share)]
+    chosen = dict.fromkeys(todo[int(n * share)] for n in range(min(cases, len(todo))))
+    with Progress("Measuring", len(chosen)) as progress:
+        for family, k in chosen:
             make = make_other if family == "H" else generate.make_case
             arguments = (seed, k, out) if family == "H" else (seed, family, k, out)
             name, truth = make(*arguments)

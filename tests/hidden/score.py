@@ -5,7 +5,7 @@ Answers: {case: {"verdict": none|found|ambiguous|unexplained, "effects": [...], 
 Outcomes, one per case:
   exact         verdict and names as they should be (found = the true set; none on null; unexplained outside;
                 ambiguous with the truth in a set of <= 2 where the campaign cannot tell)
-  accepted      an answer listed in also_acceptable, or the single true name where "ambiguous" was due
+  accepted      an answer listed in also_acceptable, or the single true name where more doubt was due
   in_set        ambiguous, at most 2 names (3 for pairs), the truth among them, though the campaign could tell
   wide_set      ambiguous, larger set with the truth in it
   partial       pairs only: found, some true names, no wrong one
@@ -61,8 +61,8 @@ def judge(c, r):
             return "unexplained_on_null"
         if v == "found" and sorted(got) in [sorted(q) for q in c["also_acceptable"]]:
             return "accepted"
-        if true and got == true:
-            return "wrong"
+        if v == "found" and true and got == true:
+            return "accepted"
         return "false"
     if exp["verdict"] == "ambiguous":
         if v == "ambiguous" and true <= got:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from rig import Rig
 
-from mrctl.discover.extend import extend
+from mrctl.discover.discover import extension_of
 from mrctl.discover.figures import parameters_of
 from mrctl.identify.finish import damper_of
 from mrctl.identify.forward import modelled
@@ -57,22 +57,11 @@ def plans(rig):
 
 def tracked(found, campaign, key):
     """Errors with and without the effects that a Diagnosis found in a campaign, and the parameters stated."""
-    sure = [one for one in found.found if not one.rivals]
-    fit = found.final.fit
-    names = [one.trial.effect.name for one in sure]
-    # As `mrctl discover` goes on from a diagnosis.
-    extension = extend(
-        campaign,
-        (),
-        [one.trial.effect for one in sure],
-        {name: fit.effect_values[name] for name in names},
-        {one.trial.effect.name: one.trial.look.free.tolist() for one in sure},
-        begin=fit,
-    )
+    extension = extension_of(campaign, found)
     dampers = {"base": damper_of(extension.base), "extended": extension.damper}
     rig = Rig(key, stream=2)
     runs = [rig.drawn(plan) for plan in plans(rig)]
-    stated = {name: parameters_of(extension.fit, name) for name in names}
+    stated = {name: parameters_of(extension.fit, name) for name in extension.effects}
     return {
         "held_out": {
             "before_n": extension.rmse_before_n,

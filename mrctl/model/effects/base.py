@@ -25,6 +25,9 @@ With all parameters neutral it must hand its input on exactly.
 
 `start(p, ..., dt_s)` takes what the step takes but the state, at the first sample, and returns the
 state in which that sample has lasted for ever. It runs in Python only and may use anything.
+
+A current effect's `step` may take the command to run straight between samples, as measurements show it.
+On the vehicle a driver holds it: `held` is then the step with it, in which `undo` reaches what it says.
 """
 
 from __future__ import annotations
@@ -253,6 +256,7 @@ class Effect:
     # Points that no small step of a base leads to, though the fit with both is better there. A warmth's are
     # tried from a straight h, where a base has bent its own.
     far: Callable[[Ranges], Sequence[Vector]] | None = None
+    held: Step | None = None  # of a current effect: the step with its input held from sample to sample
     derived: Callable[[Vector], Mapping[str, tuple[float, str]]] | None = None  # name: (value, unit)
     # Whether fitted parameters still describe this effect, and not another that it can imitate.
     plausible: Callable[[Vector, Ranges], bool] | None = None

@@ -53,7 +53,7 @@ def _far(ranges: Ranges) -> list[Vector]:
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
-    return {"presliding stiffness": (p[0] / p[1], "N/m")}
+    return {"presliding stiffness": (p[0] / p[1], "N/m")} if p[0] > 0.0 else {}
 
 
 EFFECT = Effect(

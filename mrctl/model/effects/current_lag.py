@@ -29,6 +29,15 @@ def step(p: Sequence[float], s: MutableSequence[float], current_a: float, dt_s: 
     return field_a
 
 
+def held(p: Sequence[float], s: MutableSequence[float], current_a: float, dt_s: float) -> float:
+    """The current in A after a sample through which a driver held the command, as `undo` takes it to."""
+    tau = _time_constant(p, current_a, s[0])
+    decay = math.exp(-dt_s / tau) if tau > 0.0 else 0.0
+    s[0] = current_a + (s[0] - current_a) * decay
+    s[1] = current_a
+    return s[0]
+
+
 def start(p: Sequence[float], current_a: float, dt_s: float) -> list[float]:  # noqa: ARG001 - the stage's
     """The command has lasted for ever."""
     return [current_a, current_a]
@@ -83,5 +92,6 @@ EFFECT = Effect(
     start=start,
     states=("current in the coil, A", "last command, A"),
     undo=undo,
+    held=held,
     plausible=_plausible,
 )

@@ -33,7 +33,7 @@ def _plausible(p: Vector, _: Ranges) -> bool:
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
-    return {"isothermal gas column V0/A": (1.0 / p[2], "m")} if p[2] else {}
+    return {"isothermal gas column V0/A": (1.0 / abs(p[2]), "m")} if p[2] else {}
 
 
 EFFECT = Effect(
@@ -42,8 +42,9 @@ EFFECT = Effect(
     summary="The gas in the accumulator pushes on the rod, the harder the further it is compressed.",
     equation=f"F = preload + warming (T - {REFERENCE_C:g}) + stiffness x / (1 - progression x)",
     source=(
-        "Accumulator law p0 A (V0 / (V0 - A x))^kappa in the parameters that data determine: "
-        "exact for kappa = 1, progression A/V0; otherwise progression is near (kappa + 1) A / (2 V0). "
+        "Accumulator law -p0 A (V0 / (V0 + A x))^kappa of a gas that pushes the rod out, in parameters that "
+        "data determine: exact for kappa = 1, progression -A/V0; otherwise progression is near "
+        "-(kappa + 1) A / (2 V0). With the other sign it is that of a gas that extension compresses. "
         "Dixon, The Shock Absorber Handbook, 2nd ed."
     ),
     parameters=(

@@ -81,6 +81,8 @@ def _guesses(_: Ranges) -> list[Vector]:
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
+    if p[0] <= 0.0 or p[1] <= 0.0:
+        return {}
     return {"change of current that turns it round": (2.0 * p[0] / p[1], "A")}
 
 
