@@ -9,7 +9,8 @@ import numpy as np
 
 from mrctl.errors import InputError
 from mrctl.model.damper import Damper
-from mrctl.model.effects.base import Effect, Settings, Vector, faults
+from mrctl.model.effects.base import Effect, Settings, Vector
+from mrctl.model.effects.faults import faults
 from mrctl.model.pipeline import ForwardPipeline
 from mrctl.simulate.run import Array, Run
 from mrctl.simulate.trace import trace

@@ -10,8 +10,9 @@ import pytest
 from conftest import make_damper, make_drive, with_effects
 from contract import by_sample, extended, force, other_than_typical, recovered, tracking_rmse
 
-from mrctl.model.effects.base import Stage, Undo, faults
+from mrctl.model.effects.base import Stage, Undo
 from mrctl.model.effects.card import card
+from mrctl.model.effects.faults import faults
 from mrctl.model.effects.registry import effects
 from mrctl.simulate import trace
 

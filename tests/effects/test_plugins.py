@@ -82,6 +82,16 @@ def test_an_edited_effect_is_compiled_anew(tmp_path):
         (('unit="N*s^3/m^3"', 'unit=""'), "lacks its unit", False),
         (("high=1e5", "high=-1.0"), "bounds", False),
         (("Undo.SUBTRACT", "Undo.DIVIDE"), "not undone by divide", False),
+        (("        ),\n    ),\n", "        )\n    ),\n"), "missing behind it: (Parameter(...),)", False),
+        (("frozenset(),", '"displacement",'), 'write frozenset({"displacement"})', False),
+        (('frozenset({"velocity"})', '{"velocity"}'), 'write frozenset({"velocity"})', False),
+        (("N*s^3/m^3", "N^0.5*s"), "has the unit N^0.5*s; write N, kg, J and W in whole powers", False),
+        (("Stage.ADDITIVE,", '"additive",'), "take one of Stage.CURRENT, ", False),
+        (("low=0.0", 'low="0"'), "has the low '0'; make it a number", False),
+        (("step=step", "step=max"), "step is a builtin_function_or_method, not a plain", False),
+        (("step=step", "step=step,\n    states=('force')"), 'behind it: ("...",)', False),
+        (("step=step", "step=step,\n    guesses=[(1.0,)]"), "guesses is a list, not a plain function", False),
+        (("step=step", "step=step,\n    rank='first'"), "rank is a str; make it a whole number", False),
     ],
 )
 def test_a_broken_file_is_named_with_what_is_wrong(tmp_path, monkeypatch, damage, said, line):
@@ -92,7 +102,18 @@ def test_a_broken_file_is_named_with_what_is_wrong(tmp_path, monkeypatch, damage
     (problem,) = caught.value.problems
     assert problem.file == str(path)
     assert said in problem.what
+    assert len(str(caught.value).splitlines()) == 1
     assert (problem.line is not None) == line
+
+
+def test_what_looking_through_a_description_raises_is_told_with_the_file(tmp_path, monkeypatch):
+    def stumble(_):
+        raise TypeError("unhashable")
+
+    monkeypatch.setattr(registry, "faults", stumble)
+    path = put(tmp_path, "cubic", template("cubic"))
+    with pytest.raises(InputError, match=r"cubic\.py.*cannot be loaded \(TypeError: unhashable\)"):
+        registry.load_file(path)
 
 
 def test_all_broken_files_are_named_at_once(tmp_path, monkeypatch):

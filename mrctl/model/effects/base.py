@@ -32,10 +32,8 @@ On the vehicle a driver holds it: `held` is then the step with it, in which `und
 
 from __future__ import annotations
 
-import inspect
-import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
@@ -319,58 +317,3 @@ class Effect:
 
 Settings = Mapping[Stage, Sequence[tuple[Effect, Vector]]]
 """Effects with their parameter vectors, by stage, each stage in its order; a missing stage has none."""
-
-
-def faults(effect: Effect) -> list[str]:
-    """What is wrong with an effect's description, in words; empty when it is sound."""
-    found = [
-        f"{what} is empty"
-        for what in ("name", "summary", "equation", "source", "inverse_note")
-        if not str(getattr(effect, what)).strip()
-    ]
-    if not effect.parameters:
-        found.append("it has no parameters")
-    names = [parameter.name for parameter in effect.parameters]
-    found += [f"parameter {name} stands twice" for name in sorted({n for n in names if names.count(n) > 1})]
-    for parameter in effect.parameters:
-        found += _parameter_faults(parameter)
-    found += [f"needs {signal}: not one of {sorted(SIGNALS)}" for signal in sorted(effect.needs - SIGNALS)]
-    if effect.linear and effect.stage is not Stage.OUTPUT:
-        found.append(f"linear is of output effects only, not of a {effect.stage} effect")
-    unknown = sorted(effect.shape_over - CONDITIONS)
-    found += [f"shape_over {condition}: not one of {sorted(CONDITIONS)}" for condition in unknown]
-    expected = ARGUMENTS[effect.stage]
-    found += _signature_faults("step", effect.step, expected)
-    if effect.start is not None:
-        found += _signature_faults("start", effect.start, tuple(a for a in expected if a != "s"))
-    if bool(effect.states) != (effect.start is not None):
-        found.append("states and start belong together: words for the state, and what makes it")
-    if effect.inverse not in UNDONE_BY[effect.stage] | {Undo.NOT_UNDONE}:
-        found.append(f"a {effect.stage} effect is not undone by {effect.inverse}")
-    by_undo = effect.stage in WITH_UNDO and effect.inverse is not Undo.NOT_UNDONE
-    if by_undo != (effect.undo is not None):
-        found.append(
-            f"undo is {'missing' if by_undo else 'never called'}: a {effect.stage} effect, {effect.inverse}"
-        )
-    if effect.undo is not None:
-        found += _signature_faults("undo", effect.undo, expected)
-    return found
-
-
-def _parameter_faults(p: Parameter) -> Iterator[str]:
-    if not (p.help and p.unit):
-        yield f"parameter {p.name} lacks its unit or help (unit 1 where it has none)"
-    if not all(map(math.isfinite, (p.neutral, p.low, p.high, p.typical, p.scale))) or p.low >= p.high:
-        yield f"parameter {p.name} lacks finite bounds, low below high"
-    elif not (p.low <= p.neutral <= p.high and p.low <= p.typical <= p.high):
-        yield f"parameter {p.name} has its neutral or typical value outside its bounds"
-
-
-def _signature_faults(what: str, function: Step, expected: tuple[str, ...]) -> list[str]:
-    try:
-        actual = tuple(inspect.signature(function).parameters)
-    except (TypeError, ValueError):
-        return [f"{what} is not a plain function"]
-    if len(actual) != len(expected):
-        return [f"{what} takes ({', '.join(actual)}), its stage hands it ({', '.join(expected)})"]
-    return []

@@ -22,11 +22,12 @@ from types import ModuleType
 
 from mrctl.errors import InputError, Problem
 from mrctl.model.damper import Damper
-from mrctl.model.effects.base import Effect, EffectError, Settings, Stage, Vector, faults
+from mrctl.model.effects.base import Effect, EffectError, Settings, Stage, Vector
+from mrctl.model.effects.faults import faults
 
 GROUP = "mrctl.effects"
 VARIABLE = "MRCTL_EFFECTS"
-NOT_EFFECTS = frozenset({"base", "card", "registry", "size"})
+NOT_EFFECTS = frozenset({"base", "card", "faults", "registry", "size"})
 
 # What running someone else's file can raise; each is told with the file's name.
 BROKEN = (
@@ -159,7 +160,10 @@ def _sound(place: str, found: ModuleType | Effect) -> Effect:
     one = found if isinstance(found, Effect) else getattr(found, "EFFECT", None)
     if not isinstance(one, Effect):
         raise InputError.at(place, "it holds no EFFECT", "`mrctl effects --new NAME` writes a file that does")
-    wrong = faults(one)
+    try:
+        wrong = faults(one)
+    except BROKEN as error:
+        raise _broken(place, error) from error
     if wrong:
         raise InputError(Problem(place, None, f"{one.name or 'effect'}: {what}") for what in wrong)
     return one
