@@ -40,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = f"""\
 An effect of your own is one file that holds an EFFECT. mrctl finds it in the files and folders that the
-environment variable {VARIABLE} lists (separated by "{os.pathsep}"), or in an installed package through the
+environment variable {VARIABLE} lists (separated by "{os.pathsep}"; of a folder not what begins with _),
+or in an installed package through the
 entry point `[project.entry-points."mrctl.effects"]  NAME = "package.module"`.
 
 examples:

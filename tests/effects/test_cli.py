@@ -139,4 +139,4 @@ def test_no_file_is_overwritten(tmp_path):
 def test_help_shows_an_example():
     parser = argparse.ArgumentParser()
     command.add_arguments(parser)
-    assert "mrctl effects --new" in parser.format_help()
+    assert "mrctl effects --new" in " ".join(parser.format_help().split())  # wherever its lines end

@@ -43,6 +43,14 @@ def test_every_file_of_a_folder_that_the_environment_names_is_an_effect(tmp_path
     assert {"one", "two"} <= set(registry.effects())
 
 
+def test_what_begins_with_an_underscore_in_a_folder_is_no_effect(tmp_path, monkeypatch):
+    put(tmp_path, "__init__", "")
+    put(tmp_path, "_valves", "AREA_M2 = 1e-4\n")
+    put(tmp_path, "cubic", template("cubic"))
+    monkeypatch.setenv(registry.VARIABLE, str(tmp_path))
+    assert "cubic" in registry.effects()
+
+
 def test_a_generated_effect_keeps_every_promise_as_it_is(tmp_path):
     assert broken_promises(registry.load_file(put(tmp_path, "cubic", template("cubic"))), make_damper()) == []
 

@@ -5,6 +5,8 @@ An effect's file holds one `EFFECT`. Found are
 - the modules of `mrctl.model.effects`;
 - entry points of the group `mrctl.effects`, each naming a module or an `Effect`;
 - the files and folders in the environment variable MRCTL_EFFECTS, separated as in PATH.
+
+What begins with _ in a folder is no effect: `__init__.py`, or a helper of the effects beside it.
 """
 
 from __future__ import annotations
@@ -124,7 +126,7 @@ def _sources() -> Iterator[tuple[str, Callable[[], Effect]]]:
         yield place, partial(_load, place, point.load)
     for entry in filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)):
         path = Path(entry)
-        for file in sorted(path.glob("*.py")) if path.is_dir() else [path]:
+        for file in sorted(path.glob("[!_]*.py")) if path.is_dir() else [path]:
             yield str(file), partial(load_file, file)
 
 
