@@ -6,6 +6,7 @@ import argparse
 import json
 import keyword
 import os
+import shlex
 import sys
 import textwrap
 from pathlib import Path
@@ -54,20 +55,38 @@ examples:
 
 def run(args: argparse.Namespace) -> int:
     """List, write or check; returns 0, or 1 where a promise is broken."""
+    _refuse_what_does_nothing(args)
     if args.new is not None:
         return _write_new(args.new, Path(args.output or f"{args.new}.py"))
     chosen = _chosen(args.names)
+    cards = {one.name: card(one) for one in chosen}
+    broken = _check(chosen, quiet=args.json == "-") if args.check else {}
+    for name, what in broken.items():
+        cards[name]["broken_promises"] = what
+    status = 1 if any(broken.values()) else 0
     if args.json:
-        cards = {"effects": [card(one) for one in chosen]}
-        text = json.dumps(cards, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+        figures = {"effects": list(cards.values())}
+        text = json.dumps(figures, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
         if args.json == "-":
             sys.stdout.write(text)
-            return 0
+            return status
         write_atomically(args.json, text)
-    if args.check:
-        return _check(chosen)
-    print("\n\n".join(_text(one) for one in chosen))
-    return 0
+    if not args.check:
+        print("\n\n".join(_text(one) for one in chosen))
+    return status
+
+
+def _refuse_what_does_nothing(args: argparse.Namespace) -> None:
+    """Raises InputError for what would be passed over: much beside --new, -o without it."""
+    if args.new is None:
+        if args.output:
+            mend = "name the effect to write, --new NAME; the list goes to a file by --json FILE"
+            raise InputError.at("-o", "does nothing without --new", mend)
+        return
+    for what, given in (("NAME", args.names), ("--json", args.json), ("--check", args.check)):
+        if given:
+            mend = "write the effect first, and ask for this by itself"
+            raise InputError.at(what, "does nothing beside --new", mend)
 
 
 def _chosen(names: list[str]) -> list[Effect]:
@@ -103,8 +122,11 @@ def _wrapped(text: str, indent: str = "  ") -> list[str]:
 
 
 def _write_new(name: str, path: Path) -> int:
-    if not name.isidentifier() or keyword.iskeyword(name) or name != name.lower():
-        raise InputError.at("--new", f"{name!r} cannot name an effect", "lower-case letters, digits and _")
+    if keyword.iskeyword(name):
+        raise InputError.at("--new", f"{name!r} is a Python keyword", "choose another name")
+    if not name.isidentifier() or name != name.lower() or name.startswith("_"):
+        mend = "lower-case letters, digits and _, a letter first"
+        raise InputError.at("--new", f"{name!r} cannot name an effect", mend)
     if name in effects():
         raise InputError.at("--new", f"the effect {name} is already there", "choose another name")
     check_writable(path)
@@ -112,11 +134,12 @@ def _write_new(name: str, path: Path) -> int:
         raise InputError.at(path, "the file is already there", "choose another with -o")
     write_atomically(path, template(name))
     print(f"wrote {path}")
-    print(f"try it:  {VARIABLE}={path} mrctl effects {name} --check")
+    print(f"try it:  {VARIABLE}={shlex.quote(str(path))} mrctl effects {name} --check")
     return 0
 
 
-def _check(chosen: list[Effect]) -> int:
+def _check(chosen: list[Effect], *, quiet: bool) -> dict[str, list[str]]:
+    """What each effect fails to keep; told as they are tried, unless quiet."""
     try:
         from mrctl.simulate.promises import broken_promises  # noqa: PLC0415 - only this needs numba
     except ImportError as error:
@@ -124,11 +147,12 @@ def _check(chosen: list[Effect]) -> int:
             "--check", f"it needs {error.name}", 'install the extra: pip install "mrctl[desk]"'
         ) from error
     damper = load_calibration(share_file("config/calibration.yaml")).damper
-    sound = True
+    found = {}
     for one in chosen:
-        broken = broken_promises(one, damper)
-        sound = sound and not broken
-        print(f"{one.name}: {'keeps its promises' if not broken else 'breaks its promises'}")
-        for what in broken:
+        found[one.name] = broken_promises(one, damper)
+        if quiet:
+            continue
+        print(f"{one.name}: {'breaks' if found[one.name] else 'keeps'} its promises")
+        for what in found[one.name]:
             print(f"  {printable(file_of(one))}: {one.name}: {what}")
-    return 0 if sound else 1
+    return found

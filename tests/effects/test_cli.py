@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 
 import pytest
 
 from mrctl.cli import effects as command
+from mrctl.cli.main import main
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.errors import InputError
 from mrctl.model.effects import registry
@@ -84,9 +86,41 @@ def test_a_broken_promise_is_told_and_makes_the_status_1(tmp_path, monkeypatch, 
     registry.forget()
     assert mrctl_effects("bypass_groove", "--check") == 1
     assert "its neutral values change the force" in capsys.readouterr().out
+    assert mrctl_effects("bypass_groove", "--check", "--json", "-") == 1
+    (shown,) = json.loads(capsys.readouterr().out)["effects"]
+    assert shown["broken_promises"] == ["its neutral values change the force"]
 
 
-@pytest.mark.parametrize("name", ["gas_spring", "Gas", "my effect", "class", "../x", ""])
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["gas_spring", "--new", "groove"], "NAME: does nothing beside --new"),
+        (["--new", "groove", "--json", "groove.json"], "--json: does nothing beside --new"),
+        (["--new", "groove", "--check"], "--check: does nothing beside --new"),
+        (["gas_spring", "-o", "spring.txt"], "-o: does nothing without --new; name the effect to write"),
+    ],
+)
+def test_what_would_be_passed_over_is_refused_in_a_line(tmp_path, monkeypatch, capsys, words, said):
+    monkeypatch.chdir(tmp_path)
+    assert main(["effects", *words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"error: {said}")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_line_to_try_a_new_effect_can_go_into_a_shell_as_it_is(tmp_path, capsys):
+    path = tmp_path / "my own $effects.py"
+    assert mrctl_effects("--new", "groove", "-o", path) == 0
+    line = capsys.readouterr().out.splitlines()[-1].removeprefix("try it:")
+    assert shlex.split(line) == [f"{registry.VARIABLE}={path}", "mrctl", "effects", "groove", "--check"]
+
+
+def test_a_python_keyword_is_called_one(tmp_path):
+    with pytest.raises(InputError, match="'if' is a Python keyword; choose another name"):
+        mrctl_effects("--new", "if", "-o", tmp_path / "x.py")
+
+
+@pytest.mark.parametrize("name", ["gas_spring", "Gas", "my effect", "class", "../x", "_x", ""])
 def test_a_name_that_cannot_be_is_refused_and_nothing_written(name, tmp_path):
     with pytest.raises(InputError):
         mrctl_effects("--new", name, "-o", tmp_path / "x.py")
