@@ -86,8 +86,8 @@ EFFECT = Effect(
     summary="The compression force cannot exceed what the gas pressure holds up; beyond, vapour forms.",
     equation=(
         "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, "
-        f"limit' = limit (1 - rise x) (1 + warming (T - {REFERENCE_C:g})), "
-        "n = log(1/2) / log(1 - knee/limit); "
+        f"limit' = limit (1 - rise x) (1 + warming (T - {REFERENCE_C:g})), at least {LEAST_SHARE:g} limit; "
+        f"n = log(1/2) / log(1 - knee/limit), knee/limit at most {SOFTEST:g} there; "
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), less v on the way back "
         "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
         "y/(y + closing) to -limit' while y > 0, and dy/dt to -v - v1, v1 the speed at which it opened"

@@ -87,8 +87,10 @@ EFFECT = Effect(
     stage=Stage.ROD,
     summary="Near either end of the stroke a stop pushes back, steeply and with some damping.",
     equation=(
-        "lag dF/dt + F = sign(y) force_at_1mm ((|y| - clearance) / 1 mm)^exponent + damping v where "
-        "|y| > clearance, y = x - middle; in compression 1 + compression_change times that"
+        f"lag dF/dt + F = sign(y) max(force_at_1mm (d / {1e3 * UNIT_M:g} mm)^exponent "
+        f"+ damping sign(y) v (1 - exp(-d / {1e3 * CONTACT_M:g} mm)), 0) "
+        "where d = |y| - clearance > 0, else 0; y = x - middle; "
+        "in compression (y < 0) 1 + compression_change times that"
     ),
     source=(
         "Power-law contact with damping; Hunt, Crossley, J. Appl. Mech. 42 (1975). A hydraulic one may lag "

@@ -40,7 +40,10 @@ EFFECT = Effect(
     name="gas_spring",
     stage=Stage.ROD,
     summary="The gas in the accumulator pushes on the rod, the harder the further it is compressed.",
-    equation=f"F = preload + warming (T - {REFERENCE_C:g}) + stiffness x / (1 - progression x)",
+    equation=(
+        f"F = preload + warming (T - {REFERENCE_C:g}) + stiffness x / volume, "
+        f"volume = 1 - progression x, at least {SMALLEST_VOLUME:g}"
+    ),
     source=(
         "Accumulator law -p0 A (V0 / (V0 + A x))^kappa of a gas that pushes the rod out, in parameters that "
         "data determine: exact for kappa = 1, progression -A/V0; otherwise progression is near "

@@ -45,7 +45,7 @@ EFFECT = Effect(
     summary="Near 0 A the fluid flows rather than yields: another force below the knee, another slope above.",
     equation=(
         "factor = 1 + off (low_speed_change / (1 + (v / knee)^2) + growth |v|^power"
-        " [+ compression_change if v < 0]), "
+        f" [+ compression_change if v < 0]), at least {SMALLEST_FACTOR:g}; "
         "off = 1 - i1 / fade_current up to the fade current, then 0"
     ),
     source="The separable model's open point: its off-state error of 12 to 15 %. An empirical form.",

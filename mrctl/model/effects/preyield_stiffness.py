@@ -156,7 +156,8 @@ EFFECT = Effect(
     equation=(
         "F = f h ((1 - share) g + share (z + flow v) "
         "+ plastic ((1 - sharp) ((1 - rounded) y + rounded u) + sharp w)), "
-        "dz/dt = |v| (g - flow v - z) / (|g|^creep length), dy/dt = |v| (sign(v) - y) / length, "
+        f"dz/dt = |v| (g - flow v - z) / (|g|^creep length), |g| at least {SMALLEST_SHAPE:g} there, "
+        "dy/dt = |v| (sign(v) - y) / length, "
         "du/dt = (v - (v |u| + |v| u) |u| / 2) / length, dw/dt = v / length within -1 to 1, "
         f"length = yield_length + compliance f h; for y, u and w at least {SHORTEST_M:g} m"
     ),

@@ -39,7 +39,8 @@ EFFECT = Effect(
     summary="Compression is damped by another force than rebound, in a ratio that may change with current.",
     equation=(
         "factor = 1 in rebound (v >= 0), in compression (v < 0) "
-        "1 + change + change_per_a j + change_per_a2 j^2, j = i1 / (1 + (bend i1)^sharpness)^(1/sharpness)"
+        f"1 + change + change_per_a j + change_per_a2 j^2, at least {SMALLEST_FACTOR:g}; "
+        "j = i1 / (1 + (bend i1)^sharpness)^(1/sharpness)"
     ),
     source="Separate rebound and compression characteristics; Dixon, The Shock Absorber Handbook.",
     parameters=(

@@ -42,7 +42,8 @@ EFFECT = Effect(
     stage=Stage.FACTOR,
     summary="Damping changes along the stroke: bypass grooves, a tapered bore, a metering pin.",
     equation=(
-        "factor = 1 + slope y + curvature y^2, y^2 = w/(1 + w) / levelling with the sign of x - centre, "
+        f"factor = 1 + slope y + curvature y^2, at least {SMALLEST_FACTOR:g}; "
+        "y^2 = w/(1 + w) / levelling with the sign of x - centre, "
         "w = (levelling (x - centre)^2)^flatness; without levelling y = x - centre"
     ),
     source=(
