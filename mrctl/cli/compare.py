@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
-import sys
 from pathlib import Path
 
 from mrctl.calibration import load_calibration
-from mrctl.cli.outputs import check_outputs, given
+from mrctl.cli.diagnosis import data_arguments, load_sound
+from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.compare import START, Comparison, compare, figures
 from mrctl.discover.compare_report import write_report
 from mrctl.errors import InputError
-from mrctl.measurements import load_campaign, require_sound
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import paint, table
-from mrctl.yaml_source.writer import write_atomically
 
 SUMMARY = "model against measurements: how good it is, and where it fails"
 MOST_LINES = 8
@@ -27,11 +24,7 @@ MOST_LINES = 8
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `mrctl compare`."""
     parser.add_argument("calibration", metavar="CAL", help="the calibration of the damper")
-    parser.add_argument("data", metavar="DATA", help="a campaign: folder of runs, or one file")
-    parser.add_argument("--columns", metavar="MAP.yaml", help="names, units and layout of foreign files")
-    parser.add_argument("--report", metavar="F.html", help="write a report with pictures")
-    parser.add_argument("--json", metavar="FILE", help="write the figures as JSON; - is standard output")
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    data_arguments(parser)
     parser.epilog = """\
 The noise is what differs from cycle to cycle; a run without three steady cycles has a lower bound only.
 
@@ -45,9 +38,7 @@ def run(args: argparse.Namespace) -> int:
     check_outputs(args)
     try_own_effects()
     calibration = load_calibration(args.calibration)
-    campaign = load_campaign(args.data, args.columns)
-    for problem in require_sound(campaign):
-        print(f"warning: {problem}", file=sys.stderr)
+    campaign = load_sound(args)
     quiet = args.quiet or args.json == "-"
     with Progress("Comparing", len(campaign), quiet=quiet) as progress:
         try:
@@ -61,13 +52,7 @@ def run(args: argparse.Namespace) -> int:
         words = ["mrctl", "compare", args.calibration, args.data, *given("--columns", args.columns)]
         words += ["--report", args.report]
         write_report(result, calibration, campaign, Path(args.report), shlex.join(words))
-    text = json.dumps(figures(result), indent=2, allow_nan=False) + "\n"
-    if args.json == "-":
-        sys.stdout.write(text)
-        return 0
-    if args.json:
-        write_atomically(args.json, text)
-    if not args.quiet:
+    if write_figures(args, figures(result)):
         _print(result)
     return 0
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 from mrctl.calibration import Calibration, load_calibration
 from mrctl.cli.diagnosis import data_arguments, effects_of, load_sound
 from mrctl.cli.identify import damper_errors
-from mrctl.cli.outputs import check_outputs, given
+from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.diagnose import Diagnosis, diagnose
 from mrctl.discover.figures import diagnosis_figures, root
@@ -21,7 +20,6 @@ from mrctl.measurements import Campaign
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import paint, table
-from mrctl.yaml_source.writer import write_atomically
 
 SUMMARY = "which physical effect is missing: verdict, ranking, rivals, what to measure next"
 POOR_FIT, FAR_OFF = 50.0, 3.0  # percent, and times the base's error: a calibration of another damper
@@ -57,13 +55,7 @@ def run(args: argparse.Namespace) -> int:
         words = ["mrctl", "diagnose", args.calibration, args.data, *given("--columns", args.columns)]
         words += ["--report", args.report]
         write_diagnosis(result, figures, campaign, Path(args.report), shlex.join(words))
-    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
-    if args.json == "-":
-        sys.stdout.write(text)
-        return 0
-    if args.json:
-        write_atomically(args.json, text)
-    if not args.quiet:
+    if write_figures(args, figures):
         print_diagnosis(result, figures)
     return 0
 

@@ -1,4 +1,4 @@
-"""What `diagnose`, `extend` and `discover` share: their data, their effects, their calibrations."""
+"""What `compare`, `diagnose`, `extend` and `discover` share: their data, effects and calibrations."""
 
 from __future__ import annotations
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
-import sys
 from pathlib import Path
 
 from mrctl.cli.diagnose import print_diagnosis
 from mrctl.cli.diagnosis import data_arguments, extension_figures, load_sound
 from mrctl.cli.extend import print_extension
 from mrctl.cli.identify import damper_name, kept_out, prediction, said
-from mrctl.cli.outputs import check_outputs, given
+from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.discover import discover
 from mrctl.discover.extended_calibration import write_extended
@@ -22,7 +20,6 @@ from mrctl.identify.best import identify_best
 from mrctl.measurements.left_out import part
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
-from mrctl.yaml_source.writer import write_atomically
 
 SUMMARY = "identify, then diagnose and extend until nothing more can honestly be added"
 
@@ -85,13 +82,7 @@ def run(args: argparse.Namespace) -> int:
         words += [*given("--name", args.name), *given("--leave-out", args.leave_out)]
         words += ["--report", args.report]
         write_discovery(result, diagnosis, campaign, Path(args.report), shlex.join(words))
-    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
-    if args.json == "-":
-        sys.stdout.write(text)
-        return 0
-    if args.json:
-        write_atomically(args.json, text)
-    if not args.quiet:
+    if write_figures(args, figures):
         print_diagnosis(result.diagnosis, diagnosis)
         print()
         print_extension(figures, args.output)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 from mrctl.calibration import load_calibration
 from mrctl.cli.diagnosis import data_arguments, effects_of, extension_figures, load_sound
-from mrctl.cli.outputs import check_outputs, given
+from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import effects_named, try_own_effects
 from mrctl.discover.extend import extend
 from mrctl.discover.extended_calibration import write_extended
@@ -19,7 +18,6 @@ from mrctl.discover.figures import parameters_of
 from mrctl.errors import InputError
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
-from mrctl.yaml_source.writer import write_atomically
 
 SUMMARY = "add effects to a calibration: joint refit, proven on runs left out"
 
@@ -77,13 +75,7 @@ def run(args: argparse.Namespace) -> int:
         words += [*given("--effect", *args.effect), *given("--remove", *args.remove)]
         words += ["-o", args.output, "--report", args.report]
         write_extension(result, figures, campaign, Path(args.report), shlex.join(words))
-    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
-    if args.json == "-":
-        sys.stdout.write(text)
-        return 0
-    if args.json:
-        write_atomically(args.json, text)
-    if not args.quiet:
+    if write_figures(args, figures):
         print_extension(figures, args.output)
     return 0
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from datetime import UTC, datetime
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 import mrctl
 from mrctl.calibration import Provenance, Step, calibration_from_damper, dump_calibration
-from mrctl.cli.outputs import check_outputs
+from mrctl.cli.outputs import check_outputs, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.identify.best import identify_best
 from mrctl.identify.forward import modelled
@@ -28,7 +27,6 @@ from mrctl.printable import printable
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
 from mrctl.report.terminal import paint, table
-from mrctl.yaml_source.writer import write_atomically
 
 Array = NDArray[np.float64]
 
@@ -97,13 +95,7 @@ def run(args: argparse.Namespace) -> int:
     if args.report:
         by_run = {run.name: force for run, force in zip(campaign.runs, forces, strict=True)}
         write_page(Path(args.report), name, args.method, campaign, damper, std, errors, by_run, notes)
-    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
-    if args.json == "-":
-        sys.stdout.write(text)
-        return 0
-    if args.json:
-        write_atomically(args.json, text)
-    if not args.quiet:
+    if write_figures(args, figures):
         _print(errors, notes, args.output)
         if left_out.runs:
             print(f"left out: {said(figures['left_out'])}")

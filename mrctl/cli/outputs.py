@@ -1,16 +1,21 @@
-"""Where a command writes, looked at before it works: there must be a place, and nothing that it reads."""
+"""Where a command writes: looked at before it works, and the figures that it writes there.
+
+There must be a place, and nothing that the command reads.
+"""
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
-from collections.abc import Container
+import sys
+from collections.abc import Container, Mapping
 from pathlib import Path
 
 from mrctl.errors import InputError
 from mrctl.measurements.column_map import read_map
 from mrctl.measurements.find import find_files
-from mrctl.yaml_source.writer import check_writable
+from mrctl.yaml_source.writer import check_writable, write_atomically
 
 OUTPUTS = {"output": "-o", "json": "--json", "report": "--report"}
 INPUTS = {"calibration": "CAL", "run_file": "RUN", "columns": "--columns", "damper": "--damper"}
@@ -49,6 +54,20 @@ def given(name: str, *values: str | None) -> list[str]:
     """An option's words in a command line that a report shows; none where it was not given."""
     words = [value for value in values if value]
     return [name, *words] if words else []
+
+
+def write_figures(args: argparse.Namespace, figures: Mapping[str, object]) -> bool:
+    """Write the figures as JSON where --json says; returns whether the command is to print for people too.
+
+    It is not with --quiet, nor where standard output is the JSON's.
+    """
+    if args.json:
+        text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
+        if args.json == "-":
+            sys.stdout.write(text)
+            return False
+        write_atomically(args.json, text)
+    return not args.quiet
 
 
 def _inputs(args: argparse.Namespace) -> dict[str, str]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
+import importlib
+import inspect
 import json
 import os
 import subprocess
@@ -11,7 +14,9 @@ import numpy as np
 import pytest
 
 from mrctl.calibration import load_calibration
+from mrctl.cli import compare, diagnosis
 from mrctl.cli.main import main
+from mrctl.cli.outputs import write_figures
 from mrctl.measurements import load_campaign
 from mrctl.model.effects import registry
 from mrctl.share_path import share_file
@@ -117,6 +122,30 @@ def test_a_report_makes_its_folder_and_a_device_takes_two_outputs(place):
     assert main(words) == 0
     assert (place / "new" / "a.html").stat().st_size
     assert not list(place.rglob("*.part"))
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+@pytest.mark.parametrize("place", [None, "-", "figures.json"])
+def test_figures_are_written_where_they_are_asked_for(place, quiet, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    printing = write_figures(argparse.Namespace(json=place, quiet=quiet), {"rmse_n": 1.5})
+    assert printing == (not quiet and place != "-")
+    written = {"-": capsys.readouterr().out, **{file.name: file.read_text() for file in tmp_path.iterdir()}}
+    assert {where: json.loads(text) for where, text in written.items() if text} == (
+        {place: {"rmse_n": 1.5}} if place else {}
+    )
+
+
+@pytest.mark.parametrize("command", ["identify", "compare", "diagnose", "extend", "discover"])
+def test_figures_are_written_in_one_way(command):
+    source = inspect.getsource(importlib.import_module(f"mrctl.cli.{command}"))
+    assert "write_figures(" in source
+    assert "json.dumps" not in source
+
+
+def test_a_comparison_takes_its_data_as_a_diagnosis_does():
+    assert compare.data_arguments is diagnosis.data_arguments
+    assert compare.load_sound is diagnosis.load_sound
 
 
 @pytest.mark.parametrize("command", [["identify", "", "-o", "a.yaml"], ["compare", "", "x"], ["check", ""]])
