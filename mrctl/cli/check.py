@@ -17,8 +17,6 @@ from mrctl.printable import printable
 from mrctl.yaml_source import Document, read_document
 from mrctl.yaml_source.writer import write_atomically
 
-SUMMARY = "is this calibration, configuration or DBC sound?"
-
 _CALIBRATION_KEYS = frozenset({"f", "g", "h", "forward_filter", "inverse_filter", "limits", "valid"})
 _CONFIG_KEYS = frozenset({"bus", "dampers", "loop", "control", "safety", "frames"})
 

@@ -17,7 +17,6 @@ from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import paint, table
 
-SUMMARY = "model against measurements: how good it is, and where it fails"
 MOST_LINES = 8
 
 

@@ -21,7 +21,6 @@ from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import paint, table
 
-SUMMARY = "which physical effect is missing: verdict, ranking, rivals, what to measure next"
 POOR_FIT, FAR_OFF = 50.0, 3.0  # percent, and times the base's error: a calibration of another damper
 
 

@@ -21,8 +21,6 @@ from mrctl.measurements.left_out import part
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 
-SUMMARY = "identify, then diagnose and extend until nothing more can honestly be added"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `mrctl discover`."""

@@ -24,7 +24,6 @@ from mrctl.report.terminal import paint
 from mrctl.share_path import share_file
 from mrctl.yaml_source.writer import check_writable, write_atomically
 
-SUMMARY = "the physical effects it knows: equations, parameters, how each is undone"
 WIDTH = 100
 
 

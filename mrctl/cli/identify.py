@@ -30,7 +30,6 @@ from mrctl.report.terminal import paint, table
 
 Array = NDArray[np.float64]
 
-SUMMARY = "measurements to calibration"
 METHODS = {
     "best": "joint fit of f, g, h and the hysteresis filter on the time series",
     "paper": "backbone bins, FIR by LMS, third-order IIR, as published",

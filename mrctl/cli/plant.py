@@ -19,8 +19,6 @@ from mrctl.runtime.log import make_logger
 from mrctl.runtime.loop import Loop
 from mrctl.yaml_source.writer import write_atomically
 
-SUMMARY = "a simulated car on the same bus, for loop tests"
-
 # Option -> key of the configuration's block `plant`.
 OVERRIDES = {"temperature": "temperature_c", "road": "road_class", "speed": "speed_m_s", "seed": "seed"}
 

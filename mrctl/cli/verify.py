@@ -20,9 +20,6 @@ from mrctl.verify.tables import verify
 from mrctl.yaml_source.writer import write_atomically
 
 PROTOCOL = "paper"
-SUMMARY = (
-    "the published tables and figures, side by side with what both methods and the models of others reach"
-)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
