@@ -7,11 +7,14 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from mrctl.cli import discover as discovering
 from mrctl.cli.main import COMMANDS, load_command, main
+from mrctl.model.filters import FilterError
 from mrctl.share_path import share_file
 
 CALIBRATION = str(share_file("config/calibration.yaml"))
@@ -145,3 +148,39 @@ print(status, sorted(desk))
         check=False,
     )
     assert result.stdout.split("\n")[-2] == "0 []", result.stderr
+
+
+def test_what_discover_fits_to_compare_with_is_a_part_of_its_progress(tmp_path, monkeypatch, capsys):
+    time, velocity = motion()
+    still = 0.0 * time
+    for name, force_n in (("kept", 900.0), ("left", 700.0)):
+        columns = {"velocity_m_s": velocity, "current_A": still + 1.0, "temperature_C": still + 40.0}
+        write_csv(
+            tmp_path / f"{name}.csv", time_s=time, **columns, force_N=force_n * np.tanh(20.0 * velocity)
+        )
+    shown = []
+
+    class Bar(discovering.Progress):
+        def update(self, done, note=""):
+            shown.append((done, note))
+
+        def __exit__(self, *_):
+            shown.append("closed")
+
+    def identify(campaign, report):
+        assert [run.name for run in campaign.runs] == ["kept.csv"]
+        report(4, 4, "identified")
+        return SimpleNamespace(damper=object())
+
+    def discover(_, report):
+        report(0.0, "begun")
+        report(1.0, "found")
+        raise FilterError("cannot go on")
+
+    for name, stand_in in (("Progress", Bar), ("identify_best", identify), ("discover", discover)):
+        monkeypatch.setattr(discovering, name, stand_in)
+    words = ["discover", str(tmp_path), "-o", str(tmp_path / "x.yaml"), "--leave-out", "left*"]
+    assert main(words) == 2
+    assert "cannot go on; measure at 500 Hz or faster" in capsys.readouterr().err
+    share = discovering.IDENTIFY_SHARE
+    assert shown == [(share, "identified"), (share, "begun"), (1.0, "found"), "closed"]
