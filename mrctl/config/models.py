@@ -12,7 +12,6 @@ from mrctl.yaml_source import StrictModel
 SCHEMA = "mrctl/config/1"
 VERSION = 1
 
-Positive = Annotated[float, Field(gt=0.0)]
 Rate = Annotated[float, Field(gt=0.0, le=10_000.0)]
 Word = Annotated[str, Field(min_length=1, max_length=200)]
 DamperName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=32)]

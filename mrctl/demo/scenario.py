@@ -22,7 +22,6 @@ SETTLED_S = 3.0  # the controller has qualified its signals, the car has settled
 BUMP_AT_S = 8.0
 BUMP_LENGTH_M = 4.0
 FIRM_A = 1.5
-IDEAL_COIL = "ideal coil"
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,8 +44,6 @@ class NoiseFloor:
     cycles: int = 0
     effective_samples: float | None = None
     drift_n: float | None = None
-    first_s: float | None = None
-    last_s: float | None = None
     steady: Cycles | None = None
 
     def unrepeated(self, values: Array) -> float | None:
@@ -94,8 +92,6 @@ def noise_floor(run: Run) -> NoiseFloor:
         cycles.count,
         len(run) / inflation,
         float(np.sqrt(max(spread - variance, 0.0))),
-        float(run.time_s[0] + cycles.start * run.dt_s),
-        float(run.time_s[0] + (cycles.start + cycles.count * cycles.period) * run.dt_s),
         cycles,
     )
 

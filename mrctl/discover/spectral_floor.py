@@ -29,14 +29,13 @@ REACH = 20.0  # of the logarithm of a level, down from where all is that kind of
 
 @dataclass(frozen=True, slots=True)
 class SpectralFloor:
-    """Noise RMS in N at the residuals' own rate, and how much of a sample its coloured part remembers (to 1).
+    """Noise RMS in N at the residuals' own rate.
 
-    `most_n`: the largest RMS that the spectrum does not rule out. Noise that remembers much has little above
-    30 Hz to be known by.
+    `most_n`: the largest RMS that the spectrum does not rule out. Noise that remembers much of the sample
+    before has little above 30 Hz to be known by.
     """
 
     noise_n: float
-    colour: float
     most_n: float
 
 
@@ -72,10 +71,10 @@ def spectral_floor(
     for colour in COLOURS:
         unlikely, coloured, white = _levels(bands, float(colour))
         power = coloured / (1.0 - colour * colour) + white + brought
-        fits.append((unlikely, power, float(colour)))
-    least, noise, colour = min(fits)
-    most = max(power for unlikely, power, _ in fits if unlikely < least + AS_LIKELY)
-    return SpectralFloor(float(np.sqrt(noise)), colour, float(np.sqrt(most)))
+        fits.append((unlikely, power))
+    least, noise = min(fits)
+    most = max(power for unlikely, power in fits if unlikely < least + AS_LIKELY)
+    return SpectralFloor(float(np.sqrt(noise)), float(np.sqrt(most)))
 
 
 def _bands(residual: Array, rate_hz: float, known: Array) -> list[_Bands]:

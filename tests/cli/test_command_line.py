@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from mrctl.cli import discover as discovering
-from mrctl.cli.main import COMMANDS, load_command, main
+from mrctl.cli.main import COMMANDS, main
 from mrctl.model.filters import FilterError
 from mrctl.share_path import share_file
 
@@ -45,13 +45,6 @@ def test_every_command_explains_itself_with_an_example(command, capsys):
         main([command, "--help"])
     assert end.value.code == 0
     assert f"mrctl {command}" in capsys.readouterr().out.split("example", 1)[1]
-
-
-# extend's file is being worked on elsewhere; its SUMMARY, as dead as the others were, goes with that.
-@pytest.mark.parametrize("command", [command for command in COMMANDS if command != "extend"])
-def test_what_a_command_is_for_is_said_once(command):
-    """In `COMMANDS`: a summary of the module's own is never read, and had other words."""
-    assert not hasattr(load_command(command), "SUMMARY")
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,6 @@ from mrctl.simulate.trace import trace
 Array = NDArray[np.float64]
 
 DAMPERS: dict[str, DynoDamper | BoucWen] = {"magneride": MAGNERIDE_LIKE, "spencer": SPENCER_1997}
-MEASURED = ("time_s", "velocity_m_s", "current_a", "temperature_c", "force_n")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
