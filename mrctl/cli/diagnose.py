@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mrctl.calibration import Calibration, load_calibration
-from mrctl.cli.diagnosis import data_arguments, effects_of, load_sound
+from mrctl.cli.diagnosis import data_arguments, effects_of, load_sound, print_parameters
 from mrctl.cli.identify import damper_errors
 from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
@@ -91,12 +91,7 @@ def print_diagnosis(result: Diagnosis, figures: dict[str, Any]) -> None:
             + table(["with this effect alone", "RMSE N held out", "removed %", "significant", "rivals"], rows)
         )
     for one in figures["found"]:
-        print("\n" + paint(one["effect"], "bold"))
-        for name, p in one["parameters"].items():
-            ci = (
-                "not moved by this data" if p["ci95"] is None else f"{p['ci95'][0]:.4g} to {p['ci95'][1]:.4g}"
-            )
-            print(f"  {name} = {p['value']:.4g} {p['unit']}  ({ci})")
+        print_parameters(one["effect"], one["parameters"], one["derived"])
     if figures["next_run"]:
         n = figures["next_run"]
         print("\n" + paint("Measure next", "bold"))

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
 
 from mrctl.calibration import Calibration
 from mrctl.discover.extend import Extension
+from mrctl.discover.figures import derived_of, parameters_of
+from mrctl.errors import InputError
 from mrctl.measurements import Campaign, load_campaign, require_sound
 from mrctl.model.effects.base import Effect, Vector
 from mrctl.model.effects.registry import effect as effect_named
+from mrctl.model.filters import FilterError
+from mrctl.report.terminal import paint
 
 
 def load_sound(args: argparse.Namespace) -> Campaign:
@@ -40,7 +46,16 @@ def effects_of(calibration: Calibration) -> tuple[list[Effect], dict[str, Vector
     return known, values
 
 
-def extension_figures(extension: Extension, parameters: Mapping[str, object]) -> dict[str, object]:
+@contextmanager
+def fast_enough(campaign: Campaign) -> Iterator[None]:
+    """Raises InputError where a filter that is found within cannot be carried to the loop's rates."""
+    try:
+        yield
+    except FilterError as error:
+        raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
+
+
+def extension_figures(extension: Extension) -> dict[str, Any]:
     """What `extend --json` writes."""
     return {
         "effects": list(extension.effects),
@@ -48,6 +63,19 @@ def extension_figures(extension: Extension, parameters: Mapping[str, object]) ->
         "rmse_after_n": extension.rmse_after_n,
         "noise_floor_n": extension.noise_floor_n,
         "held_out": list(extension.held_out),
-        "parameters": parameters,
+        "parameters": {name: parameters_of(extension.fit, name) for name in extension.effects},
+        "derived": {name: derived_of(extension.fit, name) for name in extension.effects},
         "steps": [{"effects": list(names), "rmse_n": rmse} for names, rmse in extension.steps],
     }
+
+
+def print_parameters(
+    name: str, parameters: Mapping[str, Mapping[str, Any]], derived: Mapping[str, Mapping[str, Any]]
+) -> None:
+    """An effect's parameters with their intervals, and what they come to."""
+    print("\n" + paint(name, "bold"))
+    for key, p in parameters.items():
+        ci = "not moved by this data" if p["ci95"] is None else f"{p['ci95'][0]:.4g} to {p['ci95'][1]:.4g}"
+        print(f"  {key} = {p['value']:.4g} {p['unit']}  ({ci})")
+    for words, p in derived.items():
+        print(f"  {words}: {p['value']:.4g} {p['unit']}")

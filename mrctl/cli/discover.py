@@ -7,20 +7,18 @@ import shlex
 from pathlib import Path
 
 from mrctl.cli.diagnose import print_diagnosis
-from mrctl.cli.diagnosis import data_arguments, extension_figures, load_sound
+from mrctl.cli.diagnosis import data_arguments, extension_figures, fast_enough, load_sound
 from mrctl.cli.extend import print_extension
 from mrctl.cli.identify import damper_name, kept_out, prediction, said
 from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.discover import Discovery, discover
 from mrctl.discover.extended_calibration import write_extended
-from mrctl.discover.figures import diagnosis_figures, parameters_of
-from mrctl.errors import InputError
+from mrctl.discover.figures import diagnosis_figures
 from mrctl.identify.best import identify_best
 from mrctl.measurements import Campaign
 from mrctl.measurements.left_out import part
 from mrctl.model.damper import Damper
-from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 
 IDENTIFY_SHARE = 0.05  # of the time, about
@@ -55,10 +53,9 @@ def run(args: argparse.Namespace) -> int:
     extension = result.extension
     name, notes = damper_name(args), kept_out(args)
     write_extended(extension, name, campaign, args.data, args.output, "discover", notes=notes)
-    parameters = {name: parameters_of(extension.fit, name) for name in extension.effects}
     diagnosis = diagnosis_figures(result.diagnosis)
     figures = {
-        **extension_figures(extension, parameters),
+        **extension_figures(extension),
         "history": [
             {"effects": list(names), "rmse_n": rmse, "noise_floor_n": extension.noise_floor_n}
             for names, rmse in extension.steps
@@ -99,14 +96,10 @@ def _discovered(
     That one comes first: it takes a small part of the time, and what stops it should not cost the rest.
     """
     begin, alone = 0.0, None
-    with Progress("Discovering", 1.0, quiet=args.quiet or args.json == "-") as progress:
-        try:
-            if compared:
-                begin = IDENTIFY_SHARE
-                alone = identify_best(
-                    campaign, lambda k, n, what: progress.update(begin * k / n, what)
-                ).damper
-            found = discover(campaign, lambda x, what: progress.update(begin + (1.0 - begin) * x, what))
-        except FilterError as error:
-            raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
+    quiet = args.quiet or args.json == "-"
+    with Progress("Discovering", 1.0, quiet=quiet) as progress, fast_enough(campaign):
+        if compared:
+            begin = IDENTIFY_SHARE
+            alone = identify_best(campaign, lambda k, n, what: progress.update(begin * k / n, what)).damper
+        found = discover(campaign, lambda x, what: progress.update(begin + (1.0 - begin) * x, what))
     return found, alone

@@ -9,17 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from mrctl.calibration import load_calibration
-from mrctl.cli.diagnosis import data_arguments, effects_of, extension_figures, load_sound
+from mrctl.cli.diagnosis import (
+    data_arguments,
+    effects_of,
+    extension_figures,
+    fast_enough,
+    load_sound,
+    print_parameters,
+)
 from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import effects_named, try_own_effects
 from mrctl.discover.extend import extend
 from mrctl.discover.extended_calibration import write_extended
-from mrctl.discover.figures import parameters_of
 from mrctl.errors import InputError
-from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
-
-SUMMARY = "add effects to a calibration: joint refit, proven on runs left out"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,18 +59,15 @@ def run(args: argparse.Namespace) -> int:
     kept, removed = ([e for e in known if (e.name in args.remove) is out] for out in (False, True))
     for name in sorted(has & set(args.effect)):
         print(f"note: {args.calibration} has {name} already; it is fitted anew", file=sys.stderr)
-    with Progress("Extending", 1.0, quiet=args.quiet or args.json == "-") as progress:
-        try:
-            result = extend(campaign, kept, added, values, report=progress.update, removed=removed)
-        except FilterError as error:
-            raise InputError.at(campaign.root, str(error), "measure at 500 Hz or faster") from error
+    quiet = args.quiet or args.json == "-"
+    with Progress("Extending", 1.0, quiet=quiet) as progress, fast_enough(campaign):
+        result = extend(campaign, kept, added, values, report=progress.update, removed=removed)
     parts = ["extend"] * bool(args.effect) + ["remove " + ", ".join(args.remove)] * bool(args.remove)
     what = " and ".join(parts)
     write_extended(
         result, calibration.name, campaign, args.data, args.output, what, calibration.provenance.history
     )
-    parameters = {name: parameters_of(result.fit, name) for name in result.effects}
-    figures = extension_figures(result, parameters)
+    figures = extension_figures(result)
     if args.report:
         from mrctl.discover.extend_report import write_extension  # noqa: PLC0415 - only who asks for it loads it
 
@@ -106,8 +106,5 @@ def print_extension(figures: dict[str, Any], output: str) -> None:
         )
     print(f"{'not known' if floor is None else f'{floor:10.3g} N'} noise")
     for name, parameters in figures["parameters"].items():
-        print(f"\n{name}")
-        for key, p in parameters.items():
-            ci = "" if p["ci95"] is None else f"  ({p['ci95'][0]:.4g} to {p['ci95'][1]:.4g})"
-            print(f"  {key} = {p['value']:.4g} {p['unit']}{ci}")
+        print_parameters(name, parameters, figures["derived"][name])
     print(f"\nheld out: {', '.join(figures['held_out'])}\nwritten: {output}")

@@ -16,6 +16,7 @@ import mrctl
 from mrctl.calibration import Provenance, Step, calibration_from_damper, dump_calibration
 from mrctl.cli.outputs import check_outputs, write_figures
 from mrctl.cli.own_effects import try_own_effects
+from mrctl.errors import InputError
 from mrctl.identify.best import identify_best
 from mrctl.identify.forward import modelled
 from mrctl.identify.page import write_page
@@ -23,6 +24,7 @@ from mrctl.identify.result import Errors, errors_of
 from mrctl.measurements import Campaign, load_campaign, require_sound
 from mrctl.measurements.left_out import part
 from mrctl.model.damper import Damper
+from mrctl.model.filters import FilterError
 from mrctl.printable import printable
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
@@ -128,8 +130,14 @@ def kept_out(args: argparse.Namespace) -> list[str]:
 
 
 def prediction(left_out: Campaign, damper: Damper) -> dict[str, Any]:
-    """How well a damper predicts runs that no fit has seen: their files, RMSE in N and fit in percent."""
-    errors = damper_errors(left_out, damper)
+    """How well a damper predicts runs that no fit has seen: their files, RMSE in N and fit in percent.
+
+    Raises InputError where they are sampled too slowly for its filter.
+    """
+    try:
+        errors = damper_errors(left_out, damper)
+    except FilterError as error:
+        raise InputError.at(left_out.root, str(error), "leave out runs at 500 Hz or faster") from error
     return {
         "files": [run.name for run in left_out.runs],
         "rmse_n": errors.rmse_n,

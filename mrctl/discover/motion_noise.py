@@ -40,7 +40,7 @@ def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
         bands = [density[(f >= a) & (f < b)] for a, b in pairwise(edges)]
         if all(b.size for b in bands):
             level = [float(np.median(b)) / np.log(2.0) for b in bands]  # of an exponential: its mean
-            each.append(np.array(level) * _unshared(r, edges))
+            each.append(np.minimum(level, _unshared(r, edges)))
     if not each:
         return None
     density = np.quantile(np.array(each), QUIETEST, axis=0)
@@ -54,13 +54,14 @@ def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
 
 
 def _unshared(record: Record, edges: Array) -> Array:
-    """The share (bands) of the velocity that the stroke knows nothing of, where that is another sensor's.
+    """The velocity's density (bands) that the stroke knows nothing of, where that is another sensor's.
 
     Two sensors share the motion, not their noise: what they share in one band is motion where they do not in
-    the highest. Where they share that too, one of the channels was made from the other, and all else is open.
+    the highest. Where they share that too, one of the channels was made from the other, and all is open:
+    then there is no end to it.
     """
     velocity, stroke = (x[:: record.finer] for x in (record.velocity_m_s, record.displacement_m))
-    whole = np.ones(edges.size - 1)
+    whole = np.full(edges.size - 1, np.inf)
     dt_s = record.finer / record.rate_hz
     if not can_be_shared(velocity, stroke):
         return whole
@@ -72,7 +73,8 @@ def _unshared(record: Record, edges: Array) -> Array:
     highest = bands[-1]
     if np.median(alike[highest]) > OTHERS or np.median(density[highest]) < ABOVE_ROUNDING * rounding:
         return whole
-    return np.array([1.0 - float(np.median(alike[own])) for own in bands])
+    # Frequency by frequency: a band has lines of the motion, and between them none.
+    return np.array([float(np.median((density * (1.0 - alike))[own])) for own in bands])
 
 
 def _above_a_motion(density: Array) -> float:

@@ -55,3 +55,22 @@ def test_a_channel_made_from_the_other_says_nothing(derived):
 
 def test_a_stroke_too_coarse_to_see_it_says_nothing():
     assert level(road(2e-3))[0] > 10.0 * DENSITY
+
+
+def triangle(hz: float, noise_m: float = 8e-6, seed: int = 0) -> Record:
+    """A velocity that jumps, as under a triangle of the stroke, in overtones that reach the noise's bands."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(int(4.0 * RATE_HZ)) / RATE_HZ
+    rise = np.clip(np.abs((2.0 * hz * t) % 2.0 - 1.0) * 2.0 - 1.0, -1.0, 1.0)
+    x = 0.2 / (4.0 * hz) * rise
+    v = np.gradient(x, 1.0 / RATE_HZ)
+    still = np.zeros(t.size)
+    velocity = v + SIGMA_M_S * rng.normal(size=t.size)
+    return Record(0, RATE_HZ, velocity, still, still, still, x + noise_m * rng.normal(size=t.size), still)
+
+
+@pytest.mark.parametrize("hz", [3.0, 5.0])
+def test_between_the_lines_of_a_motion_its_noise_is_told_too(hz):
+    """A coherence of short pieces is high wherever a line is near; a fine spectrum is noise between them."""
+    found = level(triangle(hz)) / DENSITY
+    assert np.all((found > 0.5) & (found < 3.0))
