@@ -60,13 +60,14 @@ def test_a_stop_s_damping_comes_in_with_depth_and_never_pulls(velocity_m_s, forc
 @pytest.mark.parametrize(
     ("p", "same"),
     [
-        ((1000.0, 50.0, 0.0, 2e-3, 50.0, 0.0, 0.0, 0.0), (100.0, 5.0, 0.0, 2e-3, 0.0, 0.0, 0.0, 0.0)),
-        ((100.0, 90.0, 0.0, 2e-3, 0.0, 0.0, 0.0, 0.0), (100.0, 50.0, 0.0, 2e-3, 0.0, 0.0, 0.0, 0.0)),
+        ((1000.0, 50.0, 0.0, 2e-3, 50.0), (100.0, 5.0, 0.0, 2e-3, 0.0)),
+        ((100.0, 90.0, 0.0, 2e-3, 0.0), (100.0, 50.0, 0.0, 2e-3, 0.0)),
     ],
 )
 def test_what_cavitates_keeps_a_share_of_its_limit_and_a_knee_of_some_sharpness(p, same):
+    p, same = ((*one, *cavitation.EFFECT.neutral[len(one) :]) for one in (p, same))
     assert cavitation.EFFECT.within(p) == p
-    first, second = (cavitation.step(q, [0.0, 0.0], -500.0, -0.1, 0.1, 25.0, DT_S) for q in (p, same))
+    first, second = (cavitation.step(q, [0.0, 0.0, 0.0], -500.0, -0.1, 0.1, 25.0, DT_S) for q in (p, same))
     assert first == pytest.approx(second)
     assert f", at least {cavitation.LEAST_SHARE:g} limit; " in cavitation.EFFECT.equation
     assert f"knee/limit at most {cavitation.SOFTEST:g} there" in cavitation.EFFECT.equation

@@ -99,10 +99,21 @@ def _end_stop(p, case):
 def _cavitation(p, case):
     if p["CAV"] == 3:
         return dict.fromkeys(
-            ("limit_n", "knee_n", "loss", "closing_m", "rise_per_m", "refilled", "warming_per_k", "held"),
+            (
+                "limit_n",
+                "knee_n",
+                "loss",
+                "closing_m",
+                "rise_per_m",
+                "refilled",
+                "warming_per_k",
+                "held",
+                "leak_m_s",
+                "lag_s",
+            ),
             f"{FORM}: onset with compression speed",
         )
-    own = {"limit_n": p["CFL"], "rise_per_m": 0.0, "warming_per_k": 0.0}
+    own = {"limit_n": p["CFL"], "rise_per_m": 0.0, "warming_per_k": 0.0, "lag_s": 0.0}
     if p["CAV"] == 2:
         return own | {
             "refilled": 0.0,
@@ -110,6 +121,7 @@ def _cavitation(p, case):
             "loss": 0.85,
             "closing_m": p["CQ"],
             "held": 0.0,
+            "leak_m_s": 0.0,
         }
     return own | {
         "knee_n": f"{FORM}: soft all over",  # both approach the limit
@@ -117,6 +129,7 @@ def _cavitation(p, case):
         "closing_m": "no cavity, nothing to close",
         "refilled": "no cavity, nothing to fill",
         "held": "no cavity, nothing to hold",
+        "leak_m_s": "no cavity, nothing to close",
     }
 
 

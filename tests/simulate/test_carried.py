@@ -66,7 +66,7 @@ def _alike(got, want):
 
 
 def test_a_change_behind_a_limit_is_that_of_a_small_step():
-    chosen = [(effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3, 3e-3, 0.0))]
+    chosen = [(effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3, 3e-3, 0.0, 0.0, 0.0))]
     rows = np.stack([np.cos(5.0 * T), FORCE / 900.0, *(np.sin(k * T) for k in range(3, 12))])
     got = limit_slopes(chosen, (FORCE, V, X, TEMPERATURE), DT_S, STARTS, rows)
     small = 1e-3

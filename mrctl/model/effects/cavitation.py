@@ -1,16 +1,18 @@
 """Cavitation: in compression the gas pressure cannot push more fluid through, and the force stops growing."""
-# ruff: noqa: ARG001 - all effects of a stage take the same arguments
 
 from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.lag import lagged
 
 NO_LIMIT_N = 1e6
 LEAST_SHARE = 0.1  # of the limit, however far the rod is out
 REFERENCE_C = 25.0  # at which the limit is stated
+LESS = 0.95  # of the largest force, that the largest in compression is where it is limited
+LAG = 9  # its place among the parameters
 SOFTEST = 0.5  # of the limit, that the force at the limit falls short of it
 
 
@@ -29,7 +31,9 @@ def step(
     fluid does not follow opens a cavity, which the way back must close first, but for what other flow has
     filled meanwhile. One that holds the force keeps it at the limit for as long as it is open: vapour on one
     side and the gas on the other press as before, and fluid follows as fast as it did when the cavity opened.
+    Where another valve leads to the cavity, it closes faster than it opened.
     """
+    whole_n = force_n
     warmer = 1.0 + p[6] * (temperature_c - REFERENCE_C)
     limit_n = p[0] * max((1.0 - p[4] * displacement_m) * warmer, LEAST_SHARE)
     if force_n < 0.0:
@@ -43,15 +47,18 @@ def step(
         s[1] = min(s[1], abs(velocity_m_s)) if beyond else max(s[1], -velocity_m_s)
         opens = (1.0 - p[5]) * abs(velocity_m_s) * (1.0 - most)
         opens += p[7] * (-velocity_m_s - s[1] - opens)
+        opens -= p[8] if opens < 0.0 else 0.0
         s[0] = max(0.0, s[0] + opens * dt_s)
         force_n *= most
         closes = (1.0 - p[7]) * velocity_m_s  # of one that holds the force, it is in `opens`
     else:
-        closes = velocity_m_s + p[7] * s[1]
+        closes = velocity_m_s + p[7] * s[1] + p[8]
     if velocity_m_s > 0.0 and s[0] > 0.0:
         force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
         s[0] = max(0.0, s[0] - closes * dt_s)
-    return force_n - p[7] * s[0] / (s[0] + p[3]) * (limit_n + force_n)
+    force_n -= p[7] * s[0] / (s[0] + p[3]) * (limit_n + force_n)
+    s[2] = lagged(force_n - whole_n, s[2], p[9], dt_s)
+    return whole_n + s[2]
 
 
 def start(
@@ -63,7 +70,9 @@ def start(
     dt_s: float,
 ) -> list[float]:
     """No cavity yet."""
-    return [0.0, 0.0]
+    at_once, state = (*p[:LAG], 0.0), [0.0, 0.0, 0.0]
+    limited_n = step(at_once, state, force_n, velocity_m_s, displacement_m, temperature_c, dt_s)
+    return [0.0, 0.0, limited_n - force_n]
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
@@ -73,11 +82,24 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
     shares = (1.0, 0.95, 0.85, 0.7)
     bent: list[Vector] = [
-        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0)
+        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0, 0.0, 0.0)
         for loss, rise in kinds
         for share in shares
     ]
-    return bent + [(share * most, 0.005 * most, 0.0, 5e-4, 0.0, 0.0, 0.0, 1.0) for share in shares]
+    return bent + [_holding(share * most, 0.0) for share in shares]
+
+
+def _holding(limit_n: float, rise_per_m: float) -> Vector:
+    """A sharp limit at which an open cavity holds the force."""
+    return limit_n, 0.005 * limit_n, 0.0, 5e-4, rise_per_m, 0.0, 0.0, 1.0, 0.0, 0.0
+
+
+def _far(ranges: Ranges) -> list[Vector]:
+    # A bend of the force ends in a part of what is held, from which no small step leads to all of it.
+    most, stiffer = ranges.compression_force_n, 0.15 / max(ranges.displacement_m, 1e-3)
+    if not 0.0 < most < LESS * ranges.force_n:
+        return []
+    return [_holding(share * most, rise) for share in (0.95, 0.85) for rise in (0.0, stiffer)]
 
 
 EFFECT = Effect(
@@ -90,7 +112,8 @@ EFFECT = Effect(
         f"n = log(1/2) / log(1 - knee/limit), knee/limit at most {SOFTEST:g} there; "
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), less v on the way back "
         "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
-        "y/(y + closing) to -limit' while y > 0, and dy/dt to -v - v1, v1 the speed at which it opened"
+        "y/(y + closing) to -limit' while y > 0, and dy/dt to -v - v1, v1 the speed at which it opened; "
+        "leak closes it besides, while it does; what all this takes off F comes with lag"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
@@ -144,12 +167,17 @@ EFFECT = Effect(
             0.3,
             optional=True,
         ),
+        Parameter(
+            "leak_m_s", "m/s", 0.0, 0.0, 1.0, 0.0, "speed at which other flow closes it", 0.1, optional=True
+        ),
+        FORCE_LAG,
     ),
     step=step,
     shape_over=frozenset({"stroke", "velocity"}),
     inverse=Undo.NOT_UNDONE,
     inverse_note="No current lifts the limit: wishes beyond it fall short by what exceeds it.",
     guesses=_guesses,
+    far=_far,
     start=start,
-    states=("cavity, m", "speed at which it opened, m/s"),
+    states=("cavity, m", "speed at which it opened, m/s", "taken off the force, N"),
 )
