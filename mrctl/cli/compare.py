@@ -11,7 +11,7 @@ from mrctl.cli.diagnosis import data_arguments, load_sound
 from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.compare import START, Comparison, compare, figures
-from mrctl.discover.compare_report import write_report
+from mrctl.discover.reports.compare_report import write_report
 from mrctl.errors import InputError
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress

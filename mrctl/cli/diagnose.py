@@ -14,7 +14,7 @@ from mrctl.cli.identify import damper_errors
 from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.diagnose import Diagnosis, diagnose
-from mrctl.discover.figures import diagnosis_figures, root
+from mrctl.discover.reports.figures import diagnosis_figures, root
 from mrctl.errors import Problem
 from mrctl.measurements import Campaign
 from mrctl.model.filters import FilterError
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     _doubt(calibration, campaign, result)
     figures = diagnosis_figures(result)
     if args.report:
-        from mrctl.discover.diagnose_report import write_diagnosis  # noqa: PLC0415 - only who asks for it loads it
+        from mrctl.discover.reports.diagnose_report import write_diagnosis  # noqa: PLC0415 - only who asks for it loads it
 
         words = ["mrctl", "diagnose", args.calibration, args.data, *given("--columns", args.columns)]
         words += ["--report", args.report]

@@ -14,7 +14,7 @@ from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.discover import Discovery, discover
 from mrctl.discover.extended_calibration import write_extended
-from mrctl.discover.figures import diagnosis_figures
+from mrctl.discover.reports.figures import diagnosis_figures
 from mrctl.identify.best import identify_best
 from mrctl.measurements import Campaign
 from mrctl.measurements.left_out import part
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
             "discover": prediction(left_out, extension.damper),
         }
     if args.report:
-        from mrctl.discover.discover_report import write_discovery  # noqa: PLC0415 - only who asks for it loads it
+        from mrctl.discover.reports.discover_report import write_discovery  # noqa: PLC0415 - only who asks for it loads it
 
         words = ["mrctl", "discover", args.data, *given("--columns", args.columns), "-o", args.output]
         words += [*given("--name", args.name), *given("--leave-out", args.leave_out)]

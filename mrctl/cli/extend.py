@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     )
     figures = extension_figures(result)
     if args.report:
-        from mrctl.discover.extend_report import write_extension  # noqa: PLC0415 - only who asks for it loads it
+        from mrctl.discover.reports.extend_report import write_extension  # noqa: PLC0415 - only who asks for it loads it
 
         words = ["mrctl", "extend", args.calibration, args.data, *given("--columns", args.columns)]
         words += [*given("--effect", *args.effect), *given("--remove", *args.remove)]

@@ -75,10 +75,10 @@ def tell(config: Config, folder: Path, report: Report) -> Story:
     # Here, since who has no desk installed runs the rest of the demonstration.
     from mrctl.calibration import load_calibration  # noqa: PLC0415
     from mrctl.discover.discover import discover  # noqa: PLC0415
-    from mrctl.discover.discover_report import write_discovery  # noqa: PLC0415
     from mrctl.discover.extended_calibration import write_extended  # noqa: PLC0415
-    from mrctl.discover.figures import diagnosis_figures  # noqa: PLC0415
-    from mrctl.discover.report_parts import falling_error  # noqa: PLC0415
+    from mrctl.discover.reports.discover_report import write_discovery  # noqa: PLC0415
+    from mrctl.discover.reports.figures import diagnosis_figures  # noqa: PLC0415
+    from mrctl.discover.reports.report_parts import falling_error  # noqa: PLC0415
     from mrctl.identify.finish import damper_of  # noqa: PLC0415
     from mrctl.measurements import load_campaign, write_run_csv  # noqa: PLC0415
     from mrctl.plant.dyno.campaign import Bench, with_typical  # noqa: PLC0415

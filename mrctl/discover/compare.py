@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.conditions import Band, Condition, bands, worst_conditions
-from mrctl.discover.noise_floor import NoiseFloor, noise_floor, pooled_floor
+from mrctl.discover.noise.noise_floor import NoiseFloor, noise_floor, pooled_floor
 from mrctl.identify.forward import modelled
 from mrctl.identify.result import Errors, errors_of
 from mrctl.measurements.run import Campaign, Run

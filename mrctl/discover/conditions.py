@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from mrctl.discover.signals import current_rate_a_s
+from mrctl.discover.fits.signals import current_rate_a_s
 from mrctl.identify.noise import correlation_inflation
 from mrctl.measurements.run import Run
 

@@ -10,20 +10,20 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.balance import Balance
-from mrctl.discover.constancy import Change
-from mrctl.discover.courses import Course
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.next_run import NextRun, propose
-from mrctl.discover.own_delay import why_own
-from mrctl.discover.proof import Proof
-from mrctl.discover.reveal import hidden_effects, taken_up
-from mrctl.discover.rounds import Report, rounds_of
-from mrctl.discover.scales import evened, scales_instead
-from mrctl.discover.search import Level
-from mrctl.discover.stands import confirmed, constant, retimed
-from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.verdict import NAMING, Found, Judged, judged_by
+from mrctl.discover.fits.proof import Proof
+from mrctl.discover.search.levels import Level
+from mrctl.discover.search.reveal import hidden_effects, taken_up
+from mrctl.discover.search.rounds import Report, rounds_of
+from mrctl.discover.verdict.balance import Balance
+from mrctl.discover.verdict.constancy import Change
+from mrctl.discover.verdict.courses import Course
+from mrctl.discover.verdict.judged import NAMING, Found, Judged, judged_by
+from mrctl.discover.verdict.next_run import NextRun, propose
+from mrctl.discover.verdict.own_delay import why_own
+from mrctl.discover.verdict.scales import evened, scales_instead
+from mrctl.discover.verdict.stands import confirmed, constant, retimed
+from mrctl.discover.verdict.structure import Structure, structure_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects

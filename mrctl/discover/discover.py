@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from mrctl.discover.diagnose import Diagnosis, diagnose
 from mrctl.discover.extend import Extension, extend
-from mrctl.discover.unseen import motion_parts
-from mrctl.discover.verdict import Found, judged_by
+from mrctl.discover.fits.unseen import motion_parts
+from mrctl.discover.verdict.judged import Found, judged_by
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects

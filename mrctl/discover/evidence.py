@@ -9,25 +9,25 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.base_fit import base_fit, fitted_to, stepless
-from mrctl.discover.budget import Budget, budget_of
-from mrctl.discover.current_clock import LEAST_S, MOST_S, current_late_s, earlier
-from mrctl.discover.field_past import fields_past
-from mrctl.discover.folds import folds_of
-from mrctl.discover.grow import Folds
-from mrctl.discover.input_noise import input_noise, steadied
-from mrctl.discover.load_cell import LoadCell
-from mrctl.discover.motion_noise import Spectrum, noise_spectrum
-from mrctl.discover.noise_floor import NoiseFloor, noise_floor
-from mrctl.discover.proof import Proof, prove
-from mrctl.discover.run_gains import run_gains
-from mrctl.discover.run_zeros import run_zeros
-from mrctl.discover.runs_own import RunsOwn
-from mrctl.discover.screen import ranges_of
-from mrctl.discover.searched import at_search_rates
-from mrctl.discover.spectral_floor import mean_square
-from mrctl.discover.step_times import timed, without_steps
-from mrctl.discover.stroke_zeros import FARTHEST, moved, stroke_zeros
+from mrctl.discover.channels.current_clock import LEAST_S, MOST_S, current_late_s, earlier
+from mrctl.discover.channels.field_past import fields_past
+from mrctl.discover.channels.load_cell import LoadCell
+from mrctl.discover.channels.run_gains import run_gains
+from mrctl.discover.channels.run_zeros import run_zeros
+from mrctl.discover.channels.runs_own import RunsOwn
+from mrctl.discover.channels.step_times import timed, without_steps
+from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
+from mrctl.discover.fits.base_fit import base_fit, fitted_to, stepless
+from mrctl.discover.fits.folds import folds_of
+from mrctl.discover.fits.grow import Folds
+from mrctl.discover.fits.proof import Proof, prove
+from mrctl.discover.fits.screen import ranges_of
+from mrctl.discover.fits.searched import at_search_rates
+from mrctl.discover.noise.budget import Budget, budget_of
+from mrctl.discover.noise.input_noise import input_noise, steadied
+from mrctl.discover.noise.motion_noise import Spectrum, noise_spectrum
+from mrctl.discover.noise.noise_floor import NoiseFloor, noise_floor
+from mrctl.discover.noise.spectral_floor import mean_square
 from mrctl.errors import InputError
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.parallel import in_parallel

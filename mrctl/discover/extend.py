@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.grow import grown_by
-from mrctl.discover.refit import Split, error_on, fitted, one_more, scatters, split, thinned
-from mrctl.discover.unseen import Unseen
-from mrctl.discover.worth import is_nothing
+from mrctl.discover.fits.grow import grown_by
+from mrctl.discover.fits.refit import Split, error_on, fitted, one_more, scatters, split, thinned
+from mrctl.discover.fits.unseen import Unseen
+from mrctl.discover.verdict.worth import is_nothing
 from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint_fit import JointFit
 from mrctl.measurements.run import Campaign

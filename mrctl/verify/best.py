@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.refit import fitted, thinned
+from mrctl.discover.fits.refit import fitted, thinned
 from mrctl.identify.best import identify_best
 from mrctl.identify.finish import damper_of
 from mrctl.identify.paper.validation import Retraced

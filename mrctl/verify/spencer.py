@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.refit import fitted
+from mrctl.discover.fits.refit import fitted
 from mrctl.identify.best import identify_best
 from mrctl.identify.finish import damper_of
 from mrctl.identify.joint_fit import JointFit

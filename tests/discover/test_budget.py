@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mrctl.discover.budget import UNSEEN_DOUBT, Budget, budget_of
-from mrctl.discover.noise_floor import NoiseFloor
-from mrctl.discover.spectral_floor import spectral_floor
+from mrctl.discover.noise.budget import UNSEEN_DOUBT, Budget, budget_of
+from mrctl.discover.noise.noise_floor import NoiseFloor
+from mrctl.discover.noise.spectral_floor import spectral_floor
 
 RATE_HZ, RUNS, N = 1000.0, 10, 4000
 

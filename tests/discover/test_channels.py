@@ -11,14 +11,14 @@ from discover.campaigns import shipped, sine, with_effect
 from identify.virtual import Bench, random_damper
 from scipy.stats import chi2
 
-from mrctl.discover.current_clock import current_late_s, earlier
+from mrctl.discover.channels.current_clock import current_late_s, earlier
+from mrctl.discover.channels.load_cell import LoadCell
+from mrctl.discover.channels.run_gains import run_gains
+from mrctl.discover.channels.run_zeros import run_zeros
+from mrctl.discover.channels.runs_own import Own
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.figures import diagnosis_figures, verdict_words
-from mrctl.discover.load_cell import LoadCell
-from mrctl.discover.run_gains import run_gains
-from mrctl.discover.run_zeros import run_zeros
-from mrctl.discover.runs_own import Own
+from mrctl.discover.reports.figures import diagnosis_figures, verdict_words
 from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign, Run
 

@@ -7,7 +7,7 @@ from discover.campaigns import CALIBRATION, grid, with_effect
 
 from mrctl.calibration import load_calibration
 from mrctl.discover.compare import compare
-from mrctl.discover.compare_report import write_report
+from mrctl.discover.reports.compare_report import write_report
 
 
 @pytest.fixture(scope="module")

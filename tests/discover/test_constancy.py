@@ -4,11 +4,11 @@ from dataclasses import replace
 
 from hidden import few, one_frequency, rich
 
-from mrctl.discover import stands as module
-from mrctl.discover.constancy import BY_RUN, LEVELS, SIZES, Change, changes_of
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.figures import verdict_words
+from mrctl.discover.reports.figures import verdict_words
+from mrctl.discover.verdict import stands as module
+from mrctl.discover.verdict.constancy import BY_RUN, LEVELS, SIZES, Change, changes_of
 from mrctl.model.effects.base import CONDITIONS
 from mrctl.model.effects.registry import effects
 

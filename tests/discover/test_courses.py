@@ -11,16 +11,16 @@ import pytest
 from discover.hidden import few, one_current, rich
 from scipy.signal import lfilter
 
-from mrctl.discover import balance as balances
-from mrctl.discover.balance import STRANGE, bursts_n2
-from mrctl.discover.courses import Course, courses_of
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.figures import diagnosis_figures
-from mrctl.discover.proof import Proof
-from mrctl.discover.structure import Structure, structure_of
-from mrctl.discover.verdict import stranger
-from mrctl.discover.worth import force_n2
+from mrctl.discover.fits.proof import Proof
+from mrctl.discover.reports.figures import diagnosis_figures
+from mrctl.discover.verdict import balance as balances
+from mrctl.discover.verdict.balance import STRANGE, bursts_n2
+from mrctl.discover.verdict.courses import Course, courses_of
+from mrctl.discover.verdict.judged import stranger
+from mrctl.discover.verdict.structure import Structure, structure_of
+from mrctl.discover.verdict.worth import force_n2
 from mrctl.measurements.run import Campaign
 
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.grow import grown
-from mrctl.discover.looks import looks
-from mrctl.discover.screen import Screen
-from mrctl.discover.tangent import Tangent
+from mrctl.discover.fits.grow import grown
+from mrctl.discover.fits.screen import Screen
+from mrctl.discover.fits.tangent import Tangent
+from mrctl.discover.search.looks import looks
 from mrctl.measurements.run import Campaign, Run
 from mrctl.model.effects.registry import effect
 

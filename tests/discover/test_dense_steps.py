@@ -9,7 +9,7 @@ import pytest
 from discover.campaigns import earlier_than_middle, every
 from identify.virtual import Bench, random_damper
 
-from mrctl.discover.dense_steps import at_once, dense_steps, shares_of
+from mrctl.discover.channels.dense_steps import at_once, dense_steps, shares_of
 from mrctl.discover.evidence import Evidence
 from mrctl.measurements.run import Campaign
 

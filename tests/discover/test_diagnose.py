@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from discover.hidden import NOISE_N, few, one_current, one_frequency, rich
 
-from mrctl.discover.balance import STRANGE
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.discover import discover
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.figures import diagnosis_figures
+from mrctl.discover.reports.figures import diagnosis_figures
+from mrctl.discover.verdict.balance import STRANGE
 
 SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progression_per_m": 2.0}}
 

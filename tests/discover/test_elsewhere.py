@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.elsewhere import elsewhere
+from mrctl.discover.fits.elsewhere import elsewhere
 
 N = 4000
 STOP = np.maximum(np.abs(np.sin(np.arange(N) / 150.0)) - 0.8, 0.0) * 3000.0  # silent for half of the time

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.looks import looks
-from mrctl.discover.tangent import Tangent
+from mrctl.discover.fits.tangent import Tangent
+from mrctl.discover.search.looks import looks
 from mrctl.measurements.run import Campaign, Run
 from mrctl.model.effects.registry import effect
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from mrctl.discover import looks as module
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.grow import grown
-from mrctl.discover.screen import Screen
-from mrctl.discover.tangent import Tangent
+from mrctl.discover.fits.grow import grown
+from mrctl.discover.fits.screen import Screen
+from mrctl.discover.fits.tangent import Tangent
+from mrctl.discover.search import looks as module
 from mrctl.measurements.run import Campaign, Run
 from mrctl.model.effects.registry import effect
 

@@ -9,8 +9,8 @@ import pytest
 from discover.campaigns import picked
 from hidden import NOISE_N, rich
 
+from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.field_past import fields_past
 from mrctl.model.effects.registry import effects
 from mrctl.simulate import stages
 

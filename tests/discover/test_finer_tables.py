@@ -9,8 +9,8 @@ import pytest
 from discover.campaigns import campaign, shipped, sine
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.finer_tables import finer, finer_score
-from mrctl.discover.proof import Proof
+from mrctl.discover.fits.finer_tables import finer, finer_score
+from mrctl.discover.fits.proof import Proof
 
 MOTIONS = ((1.0, 0.0, 0.04), (2.0, 0.0, 0.02), (2.0, 1.0, 0.03), (3.0, 1.0, 0.02), (1.0, 2.0, 0.06))
 BUMP_N = 6.0

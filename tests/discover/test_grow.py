@@ -10,10 +10,10 @@ import pytest
 from discover.hidden import rich
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.exchange import exchanged
-from mrctl.discover.grow import WARMER, grown_by, settled, warmer, without
-from mrctl.discover.proof import prove
-from mrctl.discover.renewed import renewed
+from mrctl.discover.fits.grow import WARMER, grown_by, settled, warmer, without
+from mrctl.discover.fits.proof import prove
+from mrctl.discover.search.exchange import exchanged
+from mrctl.discover.search.renewed import renewed
 from mrctl.identify.effects_fit import Effects
 from mrctl.model.effects.registry import effect
 

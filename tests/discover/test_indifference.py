@@ -11,11 +11,11 @@ from discover.campaigns import coloured
 from discover.hidden import rich
 
 from mrctl.discover import diagnose as module
-from mrctl.discover.balance import balance_of
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.indifference import is_indifferent, swells
-from mrctl.discover.spectral_floor import mean_square
-from mrctl.discover.structure import structure_of
+from mrctl.discover.noise.indifference import is_indifferent, swells
+from mrctl.discover.noise.spectral_floor import mean_square
+from mrctl.discover.verdict.balance import balance_of
+from mrctl.discover.verdict.structure import structure_of
 
 RUNS, SAMPLES = 6, 4000
 RATES = [500.0] * RUNS

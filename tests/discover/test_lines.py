@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mrctl.discover.balance import repeated_n2
-from mrctl.discover.lines import hums_of, line_of, steady_noise
-from mrctl.discover.noise_floor import Cycles, NoiseFloor
+from mrctl.discover.noise.lines import hums_of, line_of, steady_noise
+from mrctl.discover.noise.noise_floor import Cycles, NoiseFloor
+from mrctl.discover.verdict.balance import repeated_n2
 
 RATE_HZ = 500.0
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover import looks as module
-from mrctl.discover.screen import Look
+from mrctl.discover.fits.screen import Look
+from mrctl.discover.search import looks as module
 
 PROMISES = [(9.0, (1.0,)), (8.0, (2.0,)), (7.0, (3.0,)), (6.0, (4.0,))]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrctl.discover.map_sums import Features, MapSums
+from mrctl.discover.fits.map_sums import Features, MapSums
 
 SAMPLES, FOLDS, NOISE = 4000, 8, 0.5
 RNG = np.random.default_rng(4)

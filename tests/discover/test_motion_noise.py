@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrctl.discover.motion_noise import noise_spectrum
+from mrctl.discover.noise.motion_noise import noise_spectrum
 from mrctl.identify.records import Record
 
 RATE_HZ, SECONDS = 1000.0, 20.0

@@ -7,8 +7,8 @@ from dataclasses import replace
 from discover.campaigns import campaign, shipped, sine, with_effect
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.next_run import propose
-from mrctl.discover.refit import fitted
+from mrctl.discover.fits.refit import fitted
+from mrctl.discover.verdict.next_run import propose
 from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.registry import effect
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from discover.campaigns import coloured, road, silence, sine
 
-from mrctl.discover.noise_floor import find_cycles, noise_floor, pooled_floor, quantisation_step
+from mrctl.discover.noise.noise_floor import find_cycles, noise_floor, pooled_floor, quantisation_step
 
 
 @pytest.mark.parametrize("pole", [0.0, 0.8, 0.95], ids=["white", "5 samples", "20 samples"])

@@ -12,7 +12,7 @@ from discover.campaigns import every, road, shipped, with_effect
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.extend import extend
-from mrctl.discover.own_delay import is_filters
+from mrctl.discover.verdict.own_delay import is_filters
 from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
 from mrctl.model.effects.registry import effects

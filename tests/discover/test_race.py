@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.race import HEAT, raced
+from mrctl.discover.fits.race import HEAT, raced
 
 A, B = np.array([1.0]), np.array([2.0])
 

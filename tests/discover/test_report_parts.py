@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover import report_parts as parts
-from mrctl.discover.report_parts import falling_error
+from mrctl.discover.reports import report_parts as parts
+from mrctl.discover.reports.report_parts import falling_error
 from mrctl.report.page import Page
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.reveal import compression_change, taken_up
+from mrctl.discover.search.reveal import compression_change, taken_up
 
 KNOTS = np.linspace(-0.4, 0.5, 19)
 

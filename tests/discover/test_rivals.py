@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import pytest
 from discover.campaigns import campaign, shipped, sine, with_effect
 
-from mrctl.discover import rivals
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.rivals import rivals_of, simplest
-from mrctl.discover.screen import Screen
-from mrctl.discover.search import search_level
-from mrctl.discover.tangent import Tangent
+from mrctl.discover.fits.screen import Screen
+from mrctl.discover.fits.tangent import Tangent
+from mrctl.discover.search.levels import search_level
+from mrctl.discover.verdict import rivals
+from mrctl.discover.verdict.rivals import rivals_of, simplest
 from mrctl.model.effects.registry import effect
 
 SPRING = {"preload_n": 0.0, "stiffness_n_m": 9000.0, "progression_per_m": 0.0}

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover import robust
-from mrctl.discover.robust import second_opinions
+from mrctl.discover.fits import robust
+from mrctl.discover.fits.robust import second_opinions
 
 T = np.linspace(0.0, 1.0, 1000)
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from discover.campaigns import campaign, shipped, sine
 
+from mrctl.discover.channels.run_gains import LEAST
+from mrctl.discover.channels.runs_own import RunsOwn
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.run_gains import LEAST
-from mrctl.discover.runs_own import RunsOwn
 from mrctl.measurements.run import Run
 from mrctl.model.damper import Damper
 from mrctl.simulate import simulate

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrctl.discover import sample
-from mrctl.discover.sample import sampled
-from mrctl.discover.tangent import Tangent
+from mrctl.discover.fits import sample
+from mrctl.discover.fits.sample import sampled
+from mrctl.discover.fits.tangent import Tangent
 from mrctl.identify.best import fit_base
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit

@@ -7,7 +7,7 @@ import pytest
 from discover.campaigns import campaign, shipped, sine, with_effect
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.search import search_level
+from mrctl.discover.search.levels import search_level
 from mrctl.identify import parallel
 from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effect

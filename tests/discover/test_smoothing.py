@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrctl.discover.smoothing import smoothed
+from mrctl.discover.noise.smoothing import smoothed
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ import pytest
 from discover.campaigns import earlier_than_middle, every
 from identify.virtual import Bench, random_damper
 
+from mrctl.discover.channels.step_times import lone_steps, without_steps
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.step_times import lone_steps, without_steps
 from mrctl.identify import hysteresis
 from mrctl.identify.finish import damper_of
 from mrctl.identify.joint_fit import JointFit

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from discover.hidden import NOISE_N, rich
 
+from mrctl.discover.channels.stroke_zeros import stroke_zeros
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.stroke_zeros import stroke_zeros
 from mrctl.model.effects.registry import effect
 
 STOP = {

@@ -2,7 +2,7 @@
 
 from hidden import one_frequency, rich
 
-from mrctl.discover.unseen import MOST_PARTS, Unseen, motion_parts
+from mrctl.discover.fits.unseen import MOST_PARTS, Unseen, motion_parts
 from mrctl.identify.records import records_of
 from mrctl.model.effects.registry import effects
 

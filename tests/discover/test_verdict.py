@@ -7,14 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover import rivals
-from mrctl.discover import verdict as module
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.noise_floor import Cycles, NoiseFloor
-from mrctl.discover.rounds import _hopeless
-from mrctl.discover.searched import FEWEST_CYCLES, shortened
-from mrctl.discover.verdict import FORESEEN, _bent, _foreseen, _nearly_as_good
-from mrctl.discover.worth import accepted, is_unsure
+from mrctl.discover.fits.searched import FEWEST_CYCLES, shortened
+from mrctl.discover.noise.noise_floor import Cycles, NoiseFloor
+from mrctl.discover.search.rounds import _hopeless
+from mrctl.discover.verdict import judged as module
+from mrctl.discover.verdict import rivals
+from mrctl.discover.verdict.judged import FORESEEN, _bent, _foreseen, _nearly_as_good
+from mrctl.discover.verdict.worth import accepted, is_unsure
 from mrctl.identify.records import Record
 from mrctl.model.effects.registry import effect
 

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover import worth
-from mrctl.discover.budget import Budget
-from mrctl.discover.constancy import Change
-from mrctl.discover.worth import are_steady, is_nothing, is_pushed, is_stretched, matters
+from mrctl.discover.noise.budget import Budget
+from mrctl.discover.verdict import worth
+from mrctl.discover.verdict.constancy import Change
+from mrctl.discover.verdict.worth import are_steady, is_nothing, is_pushed, is_stretched, matters
 from mrctl.model.effects.registry import effect, effects
 
 SIGNALS = ("current", "velocity", "stroke", "temperature", "frequency")

@@ -39,7 +39,7 @@ from draw import SIZES
 from other import make_other
 
 from mrctl.discover.diagnose import diagnose
-from mrctl.discover.figures import parameters_of
+from mrctl.discover.reports.figures import parameters_of
 from mrctl.measurements import load_campaign
 from mrctl.report.progress import Progress
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from discover.hidden import rich
 
-from mrctl.discover.refit import fitted, thinned
+from mrctl.discover.fits.refit import fitted, thinned
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.finish import at_full_shape, damper_of, full_shape
 from mrctl.identify.forward import modelled

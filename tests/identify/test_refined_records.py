@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrctl.discover.refit import HELD_OUT_SHARE, split
+from mrctl.discover.fits.refit import HELD_OUT_SHARE, split
 from mrctl.identify.joint import JointModel
 from mrctl.identify.records import SLOWEST_HZ, Record, records_of
 from mrctl.identify.start import layout_for, start_values

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrctl.discover.screen import _bounded_step
+from mrctl.discover.fits.screen import _bounded_step
 from mrctl.identify.solver import Normal, solve
 
 FAR = np.full(2, np.inf)

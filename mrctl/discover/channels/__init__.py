@@ -1,0 +1,1 @@
+"""What the file does to the signals, found and taken out: clocks, steps, zeros, scales, pasts."""

@@ -1,0 +1,1 @@
+"""Fits and their proof: the base, its tangent, one effect more, the data left out."""

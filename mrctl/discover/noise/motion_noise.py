@@ -1,0 +1,94 @@
+"""The noise of the measured velocity: its spectrum above the motion, continued below."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.noise.spectral_floor import periodogram
+from mrctl.identify.records import Record
+from mrctl.measurements.shared_spectra import can_be_shared, rounding_density, shared
+
+Array = NDArray[np.float64]
+
+LOWEST_HZ = 30.0  # above what test rigs move at
+HIGHEST_SHARE = 0.45  # of the sample rate
+BANDS = 6
+QUIETEST = 0.25  # quantile over the records: fast motion in some of them is no noise
+STEEPEST = 2.0  # a differentiated signal's spectrum rises with the square of the frequency
+TAIL = 4.0  # times what the next bands, continued, let expect of the lowest one
+OTHERS = 0.5  # coherence: channels with less in the highest band have noise of their own
+ABOVE_ROUNDING = 30.0  # times a column's rounding, which is not shared in any case
+
+Spectrum = tuple[Array, Array, float]
+
+
+def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
+    """(band middles in Hz, power density in (m/s)²/Hz, rise below them), of the quieter records."""
+    top = HIGHEST_SHARE * min(r.rate_hz / r.finer for r in records)
+    if top < 1.2 * LOWEST_HZ:
+        return None
+    edges = np.geomspace(LOWEST_HZ, top, BANDS + 1)
+    each = []
+    for r in records:
+        n = len(r)
+        density = periodogram(r.velocity_m_s) * (2.0 / r.rate_hz)
+        f = np.fft.rfftfreq(n, 1.0 / r.rate_hz)
+        bands = [density[(f >= a) & (f < b)] for a, b in pairwise(edges)]
+        if all(b.size for b in bands):
+            level = [float(np.median(b)) / np.log(2.0) for b in bands]  # of an exponential: its mean
+            each.append(np.minimum(level, _unshared(r, edges)))
+    if not each:
+        return None
+    density = np.quantile(np.array(each), QUIETEST, axis=0)
+    if float(density.max()) <= 0.0:
+        return None
+    density[0] = min(density[0], _above_a_motion(density))
+    middles = np.sqrt(edges[:-1] * edges[1:])
+    low = slice(0, BANDS // 2)
+    rise = float(np.polyfit(np.log(middles[low]), np.log(np.maximum(density[low], 1e-300)), 1)[0])
+    return middles, density, float(np.clip(rise, 0.0, STEEPEST))
+
+
+def _unshared(record: Record, edges: Array) -> Array:
+    """The velocity's density (bands) that the stroke knows nothing of, where that is another sensor's.
+
+    Two sensors share the motion, not their noise: what they share in one band is motion where they do not in
+    the highest. Where they share that too, one of the channels was made from the other, and all is open:
+    then there is no end to it.
+    """
+    velocity, stroke = (x[:: record.finer] for x in (record.velocity_m_s, record.displacement_m))
+    whole = np.full(edges.size - 1, np.inf)
+    dt_s = record.finer / record.rate_hz
+    if not can_be_shared(velocity, stroke):
+        return whole
+    f, _, alike, density = shared(np.gradient(stroke, dt_s), velocity, dt_s)
+    rounding = rounding_density(velocity, dt_s)
+    bands = [(f >= a) & (f < b) for a, b in pairwise(edges)]
+    if not all(own.any() for own in bands):
+        return whole
+    highest = bands[-1]
+    if np.median(alike[highest]) > OTHERS or np.median(density[highest]) < ABOVE_ROUNDING * rounding:
+        return whole
+    # Frequency by frequency: a band has lines of the motion, and between them none.
+    return np.array([float(np.median((density * (1.0 - alike))[own])) for own in bands])
+
+
+def _above_a_motion(density: Array) -> float:
+    """The most that the lowest band's noise can be beside the next two (bands); more is a motion's tail."""
+    first, second = float(density[1]), float(density[2])
+    return TAIL * max(first, second) * max(first / max(second, 1e-300), 1.0)
+
+
+def level_at(f: Array, middles: Array, density: Array, rise: float) -> Array:
+    """The noise's density in (m/s)²/Hz at frequencies (n) in Hz; nothing at 0 Hz."""
+    level = np.exp(
+        np.interp(np.log(np.maximum(f, 1e-6)), np.log(middles), np.log(np.maximum(density, 1e-300)))
+    )
+    below = f < middles[0]
+    level[below] = density[0] * (f[below] / middles[0]) ** rise
+    level[0] = 0.0
+    return np.asarray(level, dtype=np.float64)

@@ -1,0 +1,1 @@
+"""Figures, words and pages of comparisons, diagnoses, extensions and discoveries."""

@@ -1,0 +1,56 @@
+"""The report of an extension."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.extend import Extension
+from mrctl.discover.reports import report_parts as parts
+from mrctl.measurements.run import Campaign
+from mrctl.report.page import Card, Page
+from mrctl.report.quantity import format_interval, format_quantity
+
+
+def write_extension(
+    result: Extension, figures: parts.Figures, campaign: Campaign, path: Path, command: str = ""
+) -> int:
+    """Draw the page; returns its size in bytes. Raises InputError where it cannot be written."""
+    page = Page(
+        "A calibration extended",
+        ", ".join(result.effects) or "no effects",
+        command=command,
+        inputs=[(campaign.root.name or str(campaign.root), campaign.sha256[:16])],
+    )
+    draw_extension(page, result, figures, campaign)
+    return page.write(path)
+
+
+def draw_extension(page: Page, result: Extension, figures: parts.Figures, campaign: Campaign) -> None:
+    """The proof, the parameters and the pictures."""
+    page.section("The proof", f"Held out, and seen by no fit: {', '.join(result.held_out)}.")
+    floor = result.noise_floor_n
+    page.key_figures(
+        [
+            ("Before", format_quantity(result.rmse_before_n, "N"), "held out"),
+            ("After", format_quantity(result.rmse_after_n, "N"), "held out"),
+            ("Noise", "not known" if floor is None else format_quantity(floor, "N"), "from cycle to cycle"),
+        ]
+    )
+    page.cards(
+        [
+            Card(
+                name,
+                "in the calibration",
+                "good",
+                [
+                    (key, format_interval(p["value"], p["ci95"][0], p["ci95"][1], p["unit"]))
+                    for key, p in figures["parameters"][name].items()
+                    if p["ci95"] is not None
+                ],
+            )
+            for name in result.effects
+        ]
+    )
+    records = Evidence.of(campaign).full
+    parts.what_it_becomes(page, result.steps, floor, result.base, result.fit, records, campaign)

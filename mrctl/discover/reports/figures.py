@@ -1,0 +1,258 @@
+"""A diagnosis as JSON-ready figures, and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.diagnose import Diagnosis
+from mrctl.discover.noise.lines import Line
+from mrctl.discover.search.levels import Trial
+from mrctl.discover.verdict.balance import STRANGE
+from mrctl.discover.verdict.courses import Course
+from mrctl.discover.verdict.worth import accepted
+from mrctl.identify.joint_fit import JointFit, half_width_95
+from mrctl.model.effects.card import card
+
+Array = NDArray[np.float64]
+
+MOST_COURSES = 3
+
+
+def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
+    """All that `mrctl diagnose --json` writes."""
+    candidates = len(d.first.looks)
+    rivals = {f.trial.effect.name: [r.name for r in f.rivals] for f in d.found}
+    ranking = [
+        _entry(t, d, accepted(t, d.first.before, candidates), rivals.get(t.effect.name))
+        for t in d.first.trials
+    ]
+    return {
+        "verdict": d.verdict,
+        "effects": list(d.effects),
+        "words": verdict_words(d),
+        "rmse_n": root(d.base.held_out_mean_square),
+        "rmse_after_n": root(d.final.held_out_mean_square),
+        "noise_floor_n": root(d.balance.noise) if d.balance.measured else None,
+        "noise_estimate_n": root(d.balance.noise),
+        "removable_n": root(d.removable),
+        "left_n": root(d.balance.left),
+        "explained_percent": explained_percent(d),
+        "ranking": ranking,
+        "found": [
+            {
+                "effect": f.trial.effect.name,
+                "parameters": parameters_of(d.final.fit, f.trial.effect.name),
+                "derived": derived_of(d.final.fit, f.trial.effect.name),
+                "rivals": [{"effect": r.name, "why": r.why} for r in f.rivals],
+            }
+            for f in d.found
+        ],
+        "structure": {
+            "explained_percent_of_residual": 100.0 * d.left.share if d.left.significant else 0.0,
+            "where": [
+                {"signals": list(m.signals), "explained_n": root(m.explained_n2)}
+                for m in d.left.maps[:3]
+                if m.explained_n2 > 0.0
+            ],
+            "courses": [
+                {
+                    "force": c.words,
+                    "explained_percent": 100.0 * c.share,
+                    "by_chance": c.chance,
+                    "measure": c.measure,
+                }
+                for c in courses_told(d)
+            ],
+            "bursts_n": root(d.balance.bursts),
+            "by_run_n": root(d.balance.by_run),
+            "swelling_n": root(d.balance.swelling),
+            "line": None if d.balance.line is None else _stated(d.balance.line),
+            "hum": [_stated(hum) for hum in d.balance.hums],
+        },
+        "channels": {
+            "zeros_n": _by_run(d, d.evidence.cell.zeros_n.tolist()),
+            "gains": _by_run(d, d.evidence.cell.gains.tolist()),
+            "strokes_moved_m": _by_run(d, d.evidence.centres_m),
+            "current_late_s": d.evidence.current_late_s,
+        },
+        "not_constant": [
+            {"effect": c.effect, "signal": c.signal, "where_high": c.where_high, "error": c.error}
+            for c in d.changes
+        ],
+        "cannot_reveal": d.hidden,
+        "next_run": None if d.next_run is None else d.next_run.figures(),
+        "seconds": d.seconds,
+    }
+
+
+def courses_told(d: Diagnosis) -> list[Course]:
+    """Courses of what the base leaves that matter and are no chance; the one in an effect's place first."""
+    if d.verdict != "unexplained":
+        return []
+    told = [c for c in d.courses if c.certain and c.share > STRANGE and c is not d.stranger]
+    return [*([d.stranger] if d.stranger else []), *told][:MOST_COURSES]
+
+
+def _stated(line: Line) -> dict[str, float]:
+    return {"frequency_hz": line.frequency_hz, "rms_n": root(line.mean_square_n2)}
+
+
+def _entry(t: Trial, d: Diagnosis, significant: bool, rivals: list[str] | None) -> dict[str, Any]:  # noqa: FBT001
+    before = d.base.mean_square - t.proof.mean_square
+    return {
+        "effect": t.effect.name,
+        "rmse_n": root(t.proof.held_out_mean_square),
+        "removed_percent": 100.0 * float(np.clip(before / d.removable, 0.0, 1.0))
+        if d.removable > 0.0
+        else 0.0,
+        "significant": significant,
+        "rivals": rivals or [],
+        "parameters": parameters_of(t.fit, t.effect.name),
+        "derived": derived_of(t.fit, t.effect.name),
+        "equation": card(t.effect)["equation"],
+        "chance": t.chance,
+    }
+
+
+def parameters_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
+    """An effect's parameters in a fit: value, unit and 95 % interval; None where the data did not move it.
+
+    An interval has the doubt about the model's form in it, which no noise shows: it is wider than twice a
+    calibration's standard deviation, by which noise alone would move a value.
+    """
+    effect = next(e for e in fit.model.effects.chosen if e.name == name)
+    values = fit.effect_values[name]
+    spread = fit.effect_std()[name]
+    at = fit.model.layout.size
+    for other in fit.model.effects.chosen:
+        if other.name == name:
+            break
+        at += len(other.parameters)
+    result = {}
+    for k, (p, value, std) in enumerate(zip(effect.parameters, values, spread, strict=True)):
+        held = bool(fit.solution.held[at + k])
+        reach = half_width_95(std)
+        low, high = max(p.low, value - reach), min(p.high, value + reach)
+        result[p.name] = {
+            "value": value,
+            "unit": p.unit,
+            "ci95": None if held or std == 0.0 else [low, high],  # nothing was seen of it
+        }
+    return result
+
+
+def derived_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
+    """What an effect's parameters in a fit come to in words of the field: value and unit of each."""
+    effect = next(e for e in fit.model.effects.chosen if e.name == name)
+    found = {} if effect.derived is None else effect.derived(fit.effect_values[name])
+    return {words: {"value": value, "unit": unit} for words, (value, unit) in found.items()}
+
+
+def _by_run(d: Diagnosis, values: Sequence[float]) -> dict[str, float]:
+    """Values of the records by the names of their runs, but for those that are 0."""
+    named = zip(d.evidence.measured, values, strict=False)  # of strokes there may be none at all
+    return {d.evidence.campaign.runs[r.run].name: x for r, x in named if x}
+
+
+def explained_percent(d: Diagnosis) -> float:
+    """What the effects found take off, of what can be removed."""
+    if d.removable <= 0.0:
+        return 0.0
+    return 100.0 * float(np.clip((d.base.mean_square - d.final.mean_square) / d.removable, 0.0, 1.0))
+
+
+def verdict_words(d: Diagnosis) -> str:
+    """The verdict in a sentence or two."""
+    before, after = root(d.base.held_out_mean_square), root(d.final.held_out_mean_square)
+    how = "from cycle to cycle" if d.balance.measured else "by its spectrum"
+    floor = f" The noise is {root(d.balance.noise):.3g} N ({how})."
+    if d.balance.hums:
+        at = ", ".join(f"{h.frequency_hz:.0f}" for h in d.balance.hums)
+        hum = root(sum(h.mean_square_n2 for h in d.balance.hums))
+        floor += f" {hum:.3g} N of it hum at {at} Hz, alike in all runs."
+    floor += _channel_words(d)
+    names = ", ".join(d.effects)
+    if d.verdict == "none":
+        return f"Nothing is missing that this campaign can show: {before:.3g} N held out.{floor}"
+    changing = "".join(f" {c.words}: it is not what is missing." for c in d.changes)
+    if d.verdict == "found":
+        fall = f"With it the held-out error falls from {before:.3g} to {after:.3g} N."
+        left = root(d.balance.left)
+        more = f" {left:.3g} N are left over the noise, which no effect explains." if left else ""
+        return f"Missing: {names}. {fall}{more}{changing}{floor}"
+    if d.verdict == "ambiguous":
+        why = "; ".join(dict.fromkeys(f"{r.name}: {r.why}" for f in d.found for r in f.rivals))
+        return f"One of {names} is missing, and this campaign cannot tell which ({why}).{changing}{floor}"
+    left = root(max(d.removable, d.balance.bursts))
+    missing = f"Something is missing that no known effect explains: {left:.3g} N."
+    return f"{missing}{_nearest_words(d)}{changing}{_where_words(d)}{floor}"
+
+
+def _where_words(d: Diagnosis) -> str:
+    """Where what no effect explains shows itself."""
+    where = ", ".join(" and ".join(m.signals) for m in d.left.maps[:2] if m.explained_n2 > 0.0)
+    where = f" It shows over {where}." if where else ""
+    if d.balance.line is not None:
+        line = d.balance.line
+        where += f" {root(line.mean_square_n2):.3g} N of it is a line at {line.frequency_hz:.0f} Hz."
+    where += "".join(
+        f" A force that {c.words} would take {100.0 * c.share:.0f} % of what the base leaves"
+        f" (to see it by itself: {c.measure})."
+        for c in courses_told(d)[:1]
+    )
+    if d.balance.bursts:
+        where += f" {root(d.balance.bursts):.3g} N of it comes in bursts: is it the load cell or its cable?"
+    if d.balance.swelling:
+        where += (
+            f" {root(d.balance.swelling):.3g} N does not repeat from cycle to cycle and comes with the force:"
+            " is the current what it is told to be?"
+        )
+    if d.balance.by_run:
+        own = root(d.balance.by_run)
+        where += f" {own:.3g} N of it is another zero of the force in each run: does the load cell drift?"
+    return where
+
+
+def _nearest_words(d: Diagnosis) -> str:
+    """How near the effects come that help, though none is what is missing."""
+    if not d.found:
+        return ""
+    helps = ", ".join(f.trial.effect.name for f in d.found)
+    share = explained_percent(d)
+    if d.stranger is not None:
+        return f" It is not {helps}, which would explain {share:.0f} %: a course fits better."
+    if d.balance.cleared:
+        return f" The nearest ({helps}) explains it where it was fitted, but does not foretell the rest."
+    return f" The nearest ({helps}) explains {share:.0f} % of it only."
+
+
+def root(mean_square: float) -> float:
+    """RMS in N."""
+    return float(np.sqrt(max(mean_square, 0.0)))
+
+
+def _channel_words(d: Diagnosis) -> str:
+    """What the channels themselves did, and was taken out."""
+    words = ""
+    if d.evidence.cell.zeros_n.any():
+        most = float(np.max(np.abs(d.evidence.cell.zeros_n)))
+        words += f" The load cell's zero differs from run to run, by up to {most:.3g} N: taken out."
+    if d.evidence.cell.gains.any():
+        most = 100.0 * float(np.max(np.abs(d.evidence.cell.gains)))
+        words += f" The force's scale differs from run to run, by up to {most:.2g} %: taken out."
+    pasts = [d.evidence.campaign.runs[r.run].name for r in d.evidence.measured if r.before_a]
+    if pasts:
+        words += (
+            f" The field remembers a larger current from before {len(pasts)} of the runs ({pasts[0]} first)."
+        )
+    far = [abs(x) for x in d.evidence.centres_m if x]
+    if far:
+        span = f"{1e3 * max(far):.2g} mm"
+        words += f" The stroke, integrated, has another zero in {len(far)} runs, by up to {span}: taken so."
+    if d.evidence.current_late_s:
+        words += f" The current was written {1e3 * d.evidence.current_late_s:.2g} ms late: taken as earlier."
+    return words

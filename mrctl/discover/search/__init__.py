@@ -1,0 +1,1 @@
+"""The search over effects: looks at all candidates, rounds, levels."""

@@ -1,0 +1,186 @@
+"""Forward search over effects: look at all, fit the promising ones jointly, keep what the data bear out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrctl.discover.fits.grow import DEAR_TOGETHER, Folds, again, grown
+from mrctl.discover.fits.proof import Proof, chance, log_gain, prove
+from mrctl.discover.fits.robust import second_opinions
+from mrctl.discover.fits.screen import Look, ranges_of
+from mrctl.discover.fits.tangent import Tangent
+from mrctl.discover.search.looks import looks
+from mrctl.discover.verdict.worth import least_n2
+from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.plain_lags import with_lag_of_two
+from mrctl.identify.processes import in_processes
+from mrctl.model.effects.base import Effect, Stage
+
+Array = NDArray[np.float64]
+
+MOST_FITTED = 5
+NEAR = 0.2  # of the best look's gain: looks below are not fitted, ...
+HOPELESS = 0.3  # ... nor those that take less than this share of what it takes to be named
+MOST_SECOND = 3  # fitted for each second opinion on the base
+_DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
+CLOSE_TRIAL = 0.7  # of the best trial's gain, or its look's, to be begun once more from its base
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A model with one more effect, fitted jointly and proven."""
+
+    effect: Effect
+    look: Look
+    proof: Proof
+    gain: float  # twice the log-likelihood ratio to the model without it
+    chance: float  # that an effect without meaning gains as much
+
+    @property
+    def parameters(self) -> int:
+        """How many of the effect's own parameters the data could move."""
+        return int(np.count_nonzero(self.look.free))
+
+    @property
+    def score(self) -> float:
+        """Twice the log-likelihood ratio less what its parameters must earn (BIC); higher is better."""
+        return self.gain - self.parameters * float(np.log(self.proof.independent))
+
+    @property
+    def fit(self) -> JointFit:
+        """The joint fit."""
+        return self.proof.fit
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """One round: the model it began with, what every candidate looked like, and those fitted, best first."""
+
+    before: Proof
+    whole: float  # the square sum that it left, in units of the noise
+    looks: list[Look]
+    trials: list[Trial]
+
+
+def search_level(
+    before: Proof,
+    candidates: Sequence[Effect],
+    folds: Folds,
+    near: float = NEAR,
+    done: Callable[[str], None] = lambda _: None,
+    known: Proof | None = None,
+) -> Level:
+    """Look at every candidate beside the model, and fit those that take at least `near` of the best.
+
+    known: the same model with one of the candidates, already proven: that one is not fitted again, and the
+    base it leads to is opinion enough.
+    """
+    tangent = Tangent.of(before.fit)
+    seen = looks(tangent, candidates)
+    done("every candidate")
+    whole = float(tangent.residual @ tangent.residual)
+    n2 = max(before.mean_square, 1e-300)
+    least = HOPELESS * least_n2(before) / n2 * whole
+    hopeful = [one for one in seen[:MOST_FITTED] if one.gain > least and one.free.any()]
+    own = [] if known is None else _known(before, known, seen)
+    trials = list(own)
+    best = seen[0].gain if seen else 0.0
+    while True:
+        names = {t.effect.name for t in trials}
+        promising = [
+            one
+            for one in hopeful
+            if one.gain > (_DEAR if one.effect.stage is Stage.MOTION else near) * best
+            and one.effect.name not in names
+        ]
+        if not promising:
+            break
+        trials += _all_tried(before, tangent, folds, promising)
+        done(", ".join(one.effect.name for one in promising))
+        # A look that its fit does not bear out must not keep others from being fitted.
+        best = max((before.mean_square - t.proof.mean_square) / n2 * whole for t in trials)
+    for other in [] if own else second_opinions(before.fit):
+        frozen = Tangent.of(other, frozen=True)
+        cheap = [c for c in candidates if c.stage not in DEAR_TOGETHER]
+        rest = float(frozen.residual @ frozen.residual)
+        seen_there = [one for one in looks(frozen, cheap) if one.gain > NEAR * rest and one.acts_rarely]
+        few = seen_there[:MOST_SECOND]
+        for trial in _all_tried(before, frozen, folds, few):
+            same = next((t for t in trials if t.effect.name == trial.effect.name), None)
+            if same is None or trial.proof.mean_square < same.proof.mean_square:
+                trials = [t for t in trials if t is not same] + [trial]
+        done("a second opinion")
+    before, trials = _levelled(before, trials, folds)
+    reach = ranges_of(before.fit.model.records)
+    trials = [
+        t
+        for t in trials
+        if t.effect.plausible is None or t.effect.plausible(t.fit.effect_values[t.effect.name], reach)
+    ]
+    trials.sort(key=lambda trial: -trial.score)
+    return Level(before, whole, seen, trials)
+
+
+def _known(before: Proof, proof: Proof, seen: Sequence[Look]) -> list[Trial]:
+    """The trial that a proven model is, its look among those seen."""
+    names = {e.name for e in proof.fit.model.effects.chosen}
+    names -= {e.name for e in before.fit.model.effects.chosen}
+    return [_trial(before, one, proof) for one in seen if one.effect.name in names and one.free.any()]
+
+
+def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, list[Trial]]:
+    """The same fits, none of them in a worse valley than the best one's base leads to.
+
+    A base has more than one valley. A trial that found a better one by luck would be credited with it; so
+    the model without it, and the close trials, begin there once more.
+    """
+    if not trials:
+        return before, trials
+    best = min(trials, key=lambda t: t.proof.mean_square)
+    size = before.fit.model.layout.size
+    there = best.fit.theta[:size]
+    before = again(before, there, folds)
+    if best.effect.stage is Stage.OUTPUT:
+        before = again(before, with_lag_of_two(before.fit.model, there), folds)
+    close = [
+        t
+        for t in trials
+        if t is not best
+        and (t.gain >= CLOSE_TRIAL * best.gain or t.look.gain >= CLOSE_TRIAL * best.look.gain)
+    ]
+    common = [one for t in close for one in (t.proof, *t.fit.model.common)]
+    proofs = in_processes(lambda t: again(t.proof, there, folds), close, common)
+    begun = [replace(t, proof=proof) for t, proof in zip(close, proofs, strict=True)]
+    trials = begun + [t for t in trials if t not in close]
+    colour = min(trials, key=lambda t: t.proof.mean_square).proof.colour
+    return before, [_judged(before, t, colour) for t in trials]
+
+
+def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
+    """The trial held against a model without it, its samples counted as all trials' are.
+
+    The colour of what the best one leaves is nearest to the noise's.
+    """
+    proof = replace(trial.proof, colour=colour)
+    gain = log_gain(before, proof)
+    return replace(trial, proof=proof, gain=gain, chance=chance(gain, trial.parameters))
+
+
+def _all_tried(before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Look]) -> list[Trial]:
+    common = [*seen, *(one.effect for one in seen), *before.fit.model.common]
+    return in_processes(partial(tried, before, tangent, folds), seen, common)
+
+
+def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:
+    """The joint fit of a model with one more effect, begun at a look."""
+    return _trial(before, look, prove(grown(tangent, look), folds))
+
+
+def _trial(before: Proof, look: Look, proof: Proof) -> Trial:
+    gain = log_gain(before, proof)
+    return Trial(look.effect, look, proof, gain, chance(gain, int(np.count_nonzero(look.free))))

@@ -1,0 +1,102 @@
+"""The rounds of a search: in each, all that may come to a model is looked at, the best that is real stays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import count
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.fits.grow import settled
+from mrctl.discover.fits.proof import Proof
+from mrctl.discover.search.exchange import exchanged
+from mrctl.discover.search.levels import Level, Trial, search_level
+from mrctl.discover.search.renewed import renewed
+from mrctl.discover.verdict.judged import EXPLAINED
+from mrctl.discover.verdict.own_delay import is_filters
+from mrctl.discover.verdict.rivals import simplest
+from mrctl.discover.verdict.scales import is_the_rigs
+from mrctl.discover.verdict.worth import accepted, matters
+from mrctl.model.effects.base import Effect
+
+Report = Callable[[float, str], None]
+
+MOST_EFFECTS = 4
+BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
+MUCH_MORE = 4.0  # of what the last effect took, that one found later may take
+
+
+def rounds_of(
+    evidence: Evidence, base: Proof, candidates: list[Effect], report: Report
+) -> tuple[Evidence, list[Level], list[Trial], Level | None, Proof]:
+    """The rounds, the effects found, the round in which the last was, and the model with them.
+
+    That round is None where the last one took another's place. The evidence comes with them, since the runs'
+    zeros and scales show only when what is larger has been found.
+    """
+    here = base
+    found: list[Trial] = []
+    levels: list[Level] = []
+    last: Level | None = None
+    gone: set[str] = set()
+    most = MOST_EFFECTS
+    for number in count():
+        rest = [c for c in candidates if c.name not in {e.name for e in here.fit.model.effects.chosen}]
+        level, good = _round(evidence, here, rest)
+        levels.append(level)
+        report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
+        here = level.before
+        best = _best(evidence, level, good)
+        if best is None or number == most:
+            break
+        even, clean = evidence.rezeroed(here) if found else (evidence, here)
+        if even is not evidence and is_the_rigs(best, clean):
+            evidence, here, most = even, clean, most + 1
+            continue
+        if is_filters(best):
+            here, most = settled(best.proof, evidence.folds), most + 1
+            if not found:
+                levels.clear()  # the base is another
+            continue
+        if found and not matters(evidence, base, here, best):
+            instead = None if best.effect.name in gone else exchanged(here, best, found, evidence.folds)
+            if instead is None:
+                break
+            here, needless = settled(instead[0], evidence.folds), instead[1]
+            gone.add(needless.effect.name)
+            found, last = [*(t for t in found if t is not needless), best], None
+            continue
+        here, last = settled(best.proof, evidence.folds), level
+        found.append(best)
+        if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
+            here = renewed(here, [t.effect for t in found], evidence.folds)
+        rounds = most - len(found)
+        if _hopeless(evidence, levels[0].before, level.before, here, rounds):
+            break
+    return evidence, levels, found, last, here
+
+
+def _round(evidence: Evidence, here: Proof, rest: Sequence[Effect]) -> tuple[Level, list[Trial]]:
+    """A look at all that may come to a model, and those that are real."""
+    level = search_level(here, rest, evidence.folds)
+    good = [t for t in level.trials if accepted(t, level.before, len(rest))]
+    if not good and here.fit.total - level.before.fit.total > BETTER_VALLEY:
+        # What was seen beside the worse fit says little: once more from the better one.
+        return _round(evidence, level.before, rest)
+    return level, good
+
+
+def _hopeless(evidence: Evidence, base: Proof, before: Proof, here: Proof, rounds: int) -> bool:
+    """Whether so many more effects can't explain what is missing, if none takes much more than the last."""
+    taken, last = (was.mean_square - here.mean_square for was in (base, before))
+    removable = taken + evidence.budget(here.fit).excess
+    return taken + rounds * MUCH_MORE * last < EXPLAINED * removable
+
+
+def _best(evidence: Evidence, level: Level, good: Sequence[Trial]) -> Trial | None:
+    """The effect to add: the simplest of the best that the runs bear out to their ends."""
+    while good:
+        best = simplest(good[0], level, good)
+        if evidence.bears_out(best.fit, level.before.fit):
+            return best
+        good = [t for t in good if t is not best]
+    return None
