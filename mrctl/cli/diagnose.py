@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
 
         words = ["mrctl", "diagnose", args.calibration, args.data, *given("--columns", args.columns)]
         words += ["--report", args.report]
-        write_diagnosis(result, figures, campaign, Path(args.report), shlex.join(words))
+        write_diagnosis(result, figures, campaign, calibration, Path(args.report), shlex.join(words))
     if write_figures(args, figures):
         print_diagnosis(result, figures)
     return 0

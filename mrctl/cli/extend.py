@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
         words = ["mrctl", "extend", args.calibration, args.data, *given("--columns", args.columns)]
         words += [*given("--effect", *args.effect), *given("--remove", *args.remove)]
         words += ["-o", args.output, "--report", args.report]
-        write_extension(result, figures, campaign, Path(args.report), shlex.join(words))
+        write_extension(result, figures, campaign, calibration, Path(args.report), shlex.join(words))
     if write_figures(args, figures):
         print_extension(figures, args.output)
     return 0

@@ -15,12 +15,12 @@ from mrctl.measurements import load_campaign
 def followed(found, folder, key, rounds=1):
     """The answers after each proposed run, which is added to `folder`; `found`: an ambiguous Diagnosis."""
     rig, answers = Rig(key, stream=1), []
-    for number in range(rounds):
+    for _ in range(rounds):
         if found.verdict != "ambiguous" or found.next_run is None:
             break
         proposal = found.next_run
         count = len(list(folder.glob("*.csv"))) + 1
-        rig.measured(rig.followed(proposal.record), folder / f"run_{count:02d}.csv", number)
+        rig.measured(rig.followed(proposal.record), folder / f"run_{count:02d}.csv")
         found = diagnose(load_campaign(folder))
         answers.append(
             {

@@ -20,7 +20,7 @@ from sensing import heard_error, rms, sense, visible, write_csv
 from spec import case_id, make_spec
 
 
-def expected(spec, vis):
+def expected(spec):
     fam, eff = spec["family"], spec["effects"]
     if fam == "C":
         return {"verdict": "unexplained", "effects": []}
@@ -63,7 +63,7 @@ def make_case(seed, fam, k, out):
     power = 0.0
     for n, r in enumerate(runs):
         F, act, _ = true_force(spec, r)
-        cols, kk, clean, noise = sense(spec, r, F, act, n)
+        cols, kk, clean, noise = sense(spec, r, F, act)
         write_csv(cols, folder / f"run_{n + 1:02d}.csv")
         cl.append(clean)
         err.append(noise)
@@ -81,7 +81,7 @@ def make_case(seed, fam, k, out):
         "index": k,
         "effects": spec["effects"],
         "odd": ODD.get(spec["odd"].get("ODD"), None),
-        "expected": expected(spec, vis),
+        "expected": expected(spec),
         "also_acceptable": spec["accept"],
         "note": spec["note"],
         "forms": spec["forms"],

@@ -95,7 +95,7 @@ def make_other(seed, k, out):
     for n, p in enumerate(plan):
         r = other_run(spec, p)
         F, e = other_force(spec, r)
-        cols, kk, clean, noise = sense(spec, r, F, r["cmd"], n)
+        cols, kk, clean, noise = sense(spec, r, F, r["cmd"])
         write_csv(cols, folder / f"run_{n + 1:02d}.csv")
         cl.append(clean)
         err.append(noise)

@@ -64,13 +64,13 @@ class Rig:
             spec = spec | {"path": {q: w for q, w in spec["path"].items() if q != "delay"}}
         return fine.true_force(spec, r, i=i)[0]
 
-    def measured(self, r, file, number=99):
+    def measured(self, r, file):
         """Write the run as its sensors see it; the force's noise, and the error of a perfect model."""
         if self.other:
             F, act = other.other_force(self.spec, r)[0], r["cmd"]
         else:
             F, act, _ = fine.true_force(self.spec, r)
-        columns, at, clean, noise = sensing.sense(self.spec, r, F, act, number)
+        columns, at, clean, noise = sensing.sense(self.spec, r, F, act)
         file.parent.mkdir(parents=True, exist_ok=True)
         sensing.write_csv(columns, file)
         heard = noise if self.other else sensing.heard_error(self.spec, r, columns, at, clean, noise)

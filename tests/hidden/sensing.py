@@ -15,7 +15,7 @@ def write_csv(columns, path):
     np.savetxt(path, values, delimiter=",", header=",".join(columns), comments="", fmt="%.10g")
 
 
-def sense(spec, r, F, act, run_no):
+def sense(spec, r, F, act):
     """The columns of the file, and the noise-free force at the samples."""
     rng, s, fs = spec["rng"], spec["sensors"], spec["fs"]
     k = np.arange(r["n_pre"], r["t"].size - 1, r["os"])

@@ -17,10 +17,10 @@ import generate
 import parameters
 import tracking
 from fine import fine_signals
-from physics import IX
 from rig import Rig
 from spec import make_spec
 
+from mrctl.discover.evidence import Evidence
 from mrctl.identify.records import Record
 from mrctl.measurements import load_campaign
 from mrctl.model.effects.registry import effects
@@ -31,10 +31,12 @@ FORMS = 68  # of family A: every effect in every form
 
 def _case(index):
     spec = make_spec(SEED, "A", index)
-    (effect,) = spec["effects"]
-    own = spec["parts"][effect] | {q: w for q, (_, w) in spec["path"].items()}
-    base = {q: float(spec["P"][at]) for q, at in IX.items()}
-    return {"effects": [effect], "parameters": {effect: own}, "base": base, "sensors": spec["sensors"]}
+    return {
+        "effects": spec["effects"],
+        "parameters": generate.drawn_parameters(spec),
+        "base": generate.drawn_base(spec),
+        "sensors": spec["sensors"],
+    }
 
 
 @pytest.mark.parametrize("index", range(FORMS))
@@ -42,6 +44,11 @@ def test_every_parameter_of_every_form_is_compared_or_says_why_not(index):
     case = _case(index)
     for true in parameters.truth_of(case["effects"][0], case).values():
         assert isinstance(true, str) or np.isfinite(true)
+
+
+def test_the_forms_are_of_every_effect():
+    drawn = (make_spec(SEED, "A", index)["effects"] for index in range(FORMS))
+    assert {name for chosen in drawn for name in chosen} == set(effects())
 
 
 def test_a_rig_makes_the_force_that_the_campaign_had(tmp_path):
@@ -92,11 +99,14 @@ def test_what_was_found_is_set_beside_the_truth_and_tracked_on_new_runs(tmp_path
     offset, start = effects()["force_offset"], {"force_offset": (0.0,)}
     trial = SimpleNamespace(effect=offset, look=SimpleNamespace(free=np.array([True])))
     without = SimpleNamespace(effects=SimpleNamespace(chosen=()))  # no model to begin at
+    campaign = load_campaign(tmp_path / name)
     found = SimpleNamespace(
+        verdict="found",
         found=[SimpleNamespace(trial=trial, rivals=[])],
         final=SimpleNamespace(fit=SimpleNamespace(effect_values=start, model=without)),
+        evidence=Evidence.of(campaign),
     )
-    tracked, stated = tracking.tracked(found, load_campaign(tmp_path / name), key)
+    tracked, stated = tracking.tracked(found, campaign, key)
     answer = stated | {
         "verdict": "found",
         "effects": ["force_offset"],

@@ -81,7 +81,7 @@ def forward_errors(rig, runs, dampers):
     squares = defaultdict(list)
     with tempfile.TemporaryDirectory() as place:
         for n, r in enumerate(runs):
-            noise, heard = rig.measured(r, Path(place) / f"run_{n + 1:02d}.csv", n)
+            noise, heard = rig.measured(r, Path(place) / f"run_{n + 1:02d}.csv")
             squares["noise"].append(noise)
             squares["perfect"].append(heard)
         campaign = load_campaign(place)

@@ -38,6 +38,16 @@ class Budget:
     most_noise: float  # that cannot be ruled out
     certain: float = 0.0  # what some of the runs leave over their noise, beyond doubt
     brought: float = 0.0  # by the noise of the motion, of all samples
+    spectral: bool = (
+        True  # where it is not measured: read off a spectrum, not off how loud all that is left is
+    )
+
+    @property
+    def how(self) -> str:
+        """How the noise is known, in words."""
+        if self.measured:
+            return "from cycle to cycle"
+        return "by its spectrum above 30 Hz" if self.spectral else "at most, by what is left"
 
     @property
     def excess(self) -> float:
@@ -124,7 +134,16 @@ def budget_of(
         share = float(samples / sizes.sum())
         others = min(total - (1.0 + FEW_DOUBT) * everywhere, judged - measured)
         certain = max(certain, share * over, others)
-    return Budget(total, spoken, noise, measured=False, most_noise=highest, certain=certain, brought=input_n2)
+    return Budget(
+        total,
+        spoken,
+        noise,
+        measured=False,
+        most_noise=highest,
+        certain=certain,
+        brought=input_n2,
+        spectral=spectral is not None and noise == spectral.noise_n**2,
+    )
 
 
 def _measured(floor: NoiseFloor, brought: float, error: Array) -> float:

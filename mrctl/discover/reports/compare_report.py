@@ -9,6 +9,7 @@ import numpy as np
 from mrctl.calibration import Calibration
 from mrctl.discover.compare import START, Comparison, RunFit
 from mrctl.discover.conditions import BY_NAME, VARIABLES, edges_of, mean_map, signal, spectrum
+from mrctl.discover.reports.inputs import inputs_of
 from mrctl.measurements.run import Campaign
 from mrctl.report.heatmap import heat_map
 from mrctl.report.page import Page
@@ -32,11 +33,12 @@ def write_report(
     result: Comparison, calibration: Calibration, campaign: Campaign, path: Path, command: str = ""
 ) -> int:
     """Draw the page; returns its size in bytes. Raises InputError where it cannot be written."""
-    inputs = [(campaign.root.name or str(campaign.root), campaign.sha256[:16])]
-    if calibration.path and calibration.sha256:
-        inputs.insert(0, (calibration.path.name, calibration.sha256[:16]))
-    title = "Model against measurements"
-    page = Page(title, f"{calibration.name}, {len(result.runs)} runs", command=command, inputs=inputs)
+    page = Page(
+        "Model against measurements",
+        f"{calibration.name}, {len(result.runs)} runs",
+        command=command,
+        inputs=inputs_of(campaign, calibration),
+    )
     _how_good(page, result)
     _where(page, result)
     _pictures(page, result)

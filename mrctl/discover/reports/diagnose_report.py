@@ -4,21 +4,28 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from mrctl.calibration import Calibration
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.reports import report_parts as parts
+from mrctl.discover.reports.inputs import inputs_of
 from mrctl.measurements.run import Campaign
 from mrctl.report.page import Page
 
 
 def write_diagnosis(
-    result: Diagnosis, figures: parts.Figures, campaign: Campaign, path: Path, command: str = ""
+    result: Diagnosis,
+    figures: parts.Figures,
+    campaign: Campaign,
+    calibration: Calibration,
+    path: Path,
+    command: str = "",
 ) -> int:
     """Draw the page; returns its size in bytes. Raises InputError where it cannot be written."""
     page = Page(
         "Which effect is missing",
         f"{len(campaign)} runs",
         command=command,
-        inputs=[(campaign.root.name or str(campaign.root), campaign.sha256[:16])],
+        inputs=inputs_of(campaign, calibration),
     )
     draw(page, result, figures, campaign)
     return page.write(path)

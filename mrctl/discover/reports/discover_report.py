@@ -6,6 +6,7 @@ from pathlib import Path
 
 from mrctl.discover.discover import Discovery
 from mrctl.discover.reports import report_parts as parts
+from mrctl.discover.reports.inputs import inputs_of
 from mrctl.measurements.run import Campaign
 from mrctl.report.page import Page
 
@@ -21,7 +22,7 @@ def write_discovery(
         "What these measurements say",
         f"{len(campaign)} runs",
         command=command,
-        inputs=[(campaign.root.name or str(campaign.root), campaign.sha256[:16])],
+        inputs=inputs_of(campaign),
     )
     diagnosis, extension = result.diagnosis, result.extension
     records = diagnosis.evidence.full

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from mrctl.calibration import Calibration
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.extend import Extension
 from mrctl.discover.reports import report_parts as parts
+from mrctl.discover.reports.inputs import inputs_of
 from mrctl.measurements.run import Campaign
 from mrctl.report.page import Card, Page
 from mrctl.report.quantity import format_interval, format_quantity
 
 
 def write_extension(
-    result: Extension, figures: parts.Figures, campaign: Campaign, path: Path, command: str = ""
+    result: Extension,
+    figures: parts.Figures,
+    campaign: Campaign,
+    calibration: Calibration,
+    path: Path,
+    command: str = "",
 ) -> int:
     """Draw the page; returns its size in bytes. Raises InputError where it cannot be written."""
     page = Page(
         "A calibration extended",
         ", ".join(result.effects) or "no effects",
         command=command,
-        inputs=[(campaign.root.name or str(campaign.root), campaign.sha256[:16])],
+        inputs=inputs_of(campaign, calibration),
     )
     draw_extension(page, result, figures, campaign)
     return page.write(path)

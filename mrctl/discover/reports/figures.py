@@ -168,8 +168,7 @@ def explained_percent(d: Diagnosis) -> float:
 def verdict_words(d: Diagnosis) -> str:
     """The verdict in a sentence or two."""
     before, after = root(d.base.held_out_mean_square), root(d.final.held_out_mean_square)
-    how = "from cycle to cycle" if d.balance.measured else "by its spectrum"
-    floor = f" The noise is {root(d.balance.noise):.3g} N ({how})."
+    floor = f" The noise is {root(d.balance.noise):.3g} N ({d.balance.how})."
     if d.balance.hums:
         at = ", ".join(f"{h.frequency_hz:.0f}" for h in d.balance.hums)
         hum = root(sum(h.mean_square_n2 for h in d.balance.hums))

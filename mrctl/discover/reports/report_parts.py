@@ -43,13 +43,12 @@ FORCE = "Force (N)"
 def how_good(page: Page, d: Diagnosis, figures: Figures) -> None:
     """The verdict and the few numbers that matter."""
     page.section("How good is the model", figures["words"])
-    noise = "from cycle to cycle" if d.balance.measured else "estimated by the spectrum above 30 Hz"
     page.key_figures(
         [
             ("Verdict", d.verdict, ", ".join(d.effects) or "no effect named"),
             ("Without", format_quantity(figures["rmse_n"], "N"), "error held out, base model"),
             ("With", format_quantity(figures["rmse_after_n"], "N"), "held out, with what was found"),
-            ("Noise", format_quantity(figures["noise_estimate_n"], "N"), noise),
+            ("Noise", format_quantity(figures["noise_estimate_n"], "N"), d.balance.how),
         ]
     )
 

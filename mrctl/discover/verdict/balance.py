@@ -40,6 +40,7 @@ class Balance:
     total: float
     noise: float
     measured: bool  # the noise, from cycle to cycle
+    how: str  # the noise is known, in words
     left: float
     line: Line | None = None  # that stands out of the spectrum of what is left, and swells with the motion
     hums: Sequence[Line] = ()  # that do not: the measurement's own
@@ -98,7 +99,17 @@ def balance_of(
     by_run = mean_square([np.full(e.size, e.mean()) for e in errors])
     by_run = by_run if by_run > MOSTLY_BY_RUN * left_n2 > 0.0 else 0.0
     return Balance(
-        budget.total, budget.noise, budget.measured, left_n2, line, hums, bursts, courses, by_run, swelling
+        budget.total,
+        budget.noise,
+        budget.measured,
+        budget.how,
+        left_n2,
+        line,
+        hums,
+        bursts,
+        courses,
+        by_run,
+        swelling,
     )
 
 
