@@ -165,29 +165,27 @@ def _diagnosed(
         evidence, base, judged = rig
     elif judged.verdict == "unexplained":
         evidence = evidence.as_measured()
-    final, left, balance, named = judged.final, judged.left, judged.balance, judged.found
-    verdict, named_effects, removable = judged.verdict, judged.effects, judged.removable
+    final = judged.final
     colour = float(np.median(final.colour))
     hidden = {**untestable, **hidden_effects(levels[0].looks, colour)}
     hidden = taken_up(hidden, final.fit.model.layout, final.fit.tables)
-    proposal = _proposal(evidence, named, colour) if verdict == "ambiguous" else None
     return Diagnosis(
-        verdict,
-        named_effects,
-        named,
-        base,
-        final,
-        levels[0],
-        balance,
-        structure,
-        left,
-        removable,
-        changes,
-        {name: why for name, why in hidden.items() if name not in named_effects},
-        proposal,
-        evidence,
-        judged.courses,
-        judged.stranger,
+        verdict=judged.verdict,
+        effects=judged.effects,
+        found=judged.found,
+        base=base,
+        final=final,
+        first=levels[0],
+        balance=judged.balance,
+        structure=structure,
+        left=judged.left,
+        removable=judged.removable,
+        changes=changes,
+        hidden={name: why for name, why in hidden.items() if name not in judged.effects},
+        next_run=_proposal(evidence, judged.found, colour) if judged.verdict == "ambiguous" else None,
+        evidence=evidence,
+        courses=judged.courses,
+        stranger=judged.stranger,
         levels=levels,
     )
 
