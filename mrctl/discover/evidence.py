@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.base_fit import base_fit, fitted_to, stepless
 from mrctl.discover.channels.current_clock import LEAST_S, MOST_S, current_late_s, earlier
 from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.channels.load_cell import LoadCell
@@ -17,7 +18,6 @@ from mrctl.discover.channels.run_zeros import run_zeros
 from mrctl.discover.channels.runs_own import RunsOwn
 from mrctl.discover.channels.step_times import timed, without_steps
 from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
-from mrctl.discover.fits.base_fit import base_fit, fitted_to, stepless
 from mrctl.discover.fits.folds import folds_of
 from mrctl.discover.fits.grow import Folds
 from mrctl.discover.fits.proof import Proof, prove
