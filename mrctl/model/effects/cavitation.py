@@ -11,7 +11,7 @@ from mrctl.model.lag import lagged
 NO_LIMIT_N = 1e6
 LEAST_SHARE = 0.1  # of the limit, however far the rod is out
 REFERENCE_C = 25.0  # at which the limit is stated
-LESS = 0.95  # of the largest force, that the largest in compression is where it is limited
+LESS = 0.9  # of the largest force, that the largest in compression is where it is limited
 LAG = 9  # its place among the parameters
 SOFTEST = 0.5  # of the limit, that the force at the limit falls short of it
 
