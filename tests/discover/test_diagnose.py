@@ -5,7 +5,6 @@ import pytest
 from discover.hidden import NOISE_N, few, one_current, one_frequency, rich
 
 from mrctl.discover.diagnose import diagnose
-from mrctl.discover.discover import discover
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.reports.figures import diagnosis_figures
 from mrctl.discover.verdict.balance import STRANGE
@@ -90,11 +89,3 @@ def test_physics_that_no_effect_describes_is_called_unexplained():
     result = diagnose(campaign)
     assert result.verdict == "unexplained"
     assert result.effects == ()
-
-
-def test_discovery_adds_what_it_found_and_the_held_out_error_falls_to_the_noise():
-    result = discover(few(rich(SPRING)))
-    assert result.extension.effects == ("gas_spring",)
-    assert result.verdict == "none"
-    assert result.extension.rmse_after_n < 1.1 * NOISE_N < 0.5 * result.extension.rmse_before_n
-    assert result.extension.held_out
