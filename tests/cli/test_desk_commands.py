@@ -15,7 +15,8 @@ SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progressio
 def campaign(tmp_path_factory):
     folder = tmp_path_factory.mktemp("campaign")
     for run in few(rich(SPRING)).runs:
-        write_run_csv(run, folder / f"{run.name}.csv")
+        if not run.name.startswith(("0.5Hz_0.5A", "0.5Hz_3A", "5Hz_0.5A", "5Hz_3A")):
+            write_run_csv(run, folder / f"{run.name}.csv")
     return folder
 
 

@@ -88,7 +88,7 @@ def test_what_is_no_zero_is_left_alone(means):
 
 def steady_runs(damper, zeros_n=SPREAD_N) -> Campaign:
     runs = [
-        sine(damper, frequency_hz=hz, amplitude_m=0.06 / hz, current_a=i, cycles=10, name=f"{k}.csv", seed=k)
+        sine(damper, frequency_hz=hz, amplitude_m=0.06 / hz, current_a=i, cycles=6, name=f"{k}.csv", seed=k)
         for k, (hz, i) in enumerate(((1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (3.0, 1.0), (1.0, 2.0), (3.0, 2.0)))
     ]
     offset = [replace(r, force_n=r.force_n + 1.5 * z) for r, z in zip(runs, zeros_n, strict=True)]

@@ -20,11 +20,13 @@ from mrctl.model.effects.registry import effects
 NOISE_N = 4.0
 
 
-def _campaign(damper: Damper) -> Campaign:
+def _campaign(damper: Damper, seconds: float = 2.5) -> Campaign:
     def noise(rng: np.random.Generator, n: int) -> np.ndarray:
         return rng.normal(0.0, NOISE_N, n)
 
-    runs = [road(damper, seconds=4.0, seed=seed, noise=noise, name=f"road_{seed}.csv") for seed in range(4)]
+    runs = [
+        road(damper, seconds=seconds, seed=seed, noise=noise, name=f"road_{seed}.csv") for seed in range(4)
+    ]
     return Campaign(Path("roads"), tuple(runs), "0" * 64)
 
 
@@ -42,7 +44,7 @@ def test_the_published_filter_alone_is_no_delay():
 
 def test_beside_it_an_effect_is_named_alone_and_leaves_the_noise():
     damper = with_effect(shipped(), "quadratic_damping", coefficient_n_s2_m2=400.0, lag_s=0.0)
-    campaign = _campaign(damper)
+    campaign = _campaign(damper, seconds=4.0)
     result = diagnose(campaign)
     assert (result.verdict, result.effects) == ("found", ("quadratic_damping",))
     extension = extend(campaign, (), (effects()["quadratic_damping"],))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from discover.hidden import NOISE_N, rich
+from discover.hidden import NOISE_N, few, rich
 
 from mrctl.discover.channels.stroke_zeros import stroke_zeros
 from mrctl.discover.evidence import Evidence
@@ -25,7 +25,7 @@ LOST, BY_M, TILT_M = 1, 2e-3, 1e-3
 
 def _evidence(derived=()):
     """Runs that reach a stop, of which one has lost its zero, and all say that theirs was integrated."""
-    plain = rich({"end_stop": STOP})
+    plain = few(rich({"end_stop": STOP}))
     runs = [replace(r, derived=derived) for r in plain.runs]
     if derived:
         x = runs[LOST].displacement_m
