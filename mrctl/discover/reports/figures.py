@@ -70,6 +70,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             "bursts_n": root(d.balance.bursts),
             "by_run_n": root(d.balance.by_run),
             "swelling_n": root(d.balance.swelling),
+            "alike_n": root(d.balance.alike),
             "line": None if d.balance.line is None else _stated(d.balance.line),
             "hum": [_stated(hum) for hum in d.balance.hums],
         },
@@ -210,6 +211,8 @@ def _where_words(d: Diagnosis) -> str:
             f" {root(d.balance.swelling):.3g} N does not repeat from cycle to cycle and comes with the force:"
             " is the current what it is told to be?"
         )
+    if d.balance.alike:
+        where += f" {root(d.balance.alike):.3g} N of it is alike in runs of one motion, as no noise is."
     if d.balance.by_run:
         own = root(d.balance.by_run)
         where += f" {own:.3g} N of it is another zero of the force in each run: does the load cell drift?"

@@ -13,6 +13,7 @@ from mrctl.discover.fits.proof import Proof
 from mrctl.discover.noise.indifference import is_indifferent, swells
 from mrctl.discover.noise.lines import Line, hums_of, line_of, steady_noise
 from mrctl.discover.noise.noise_floor import NoiseFloor
+from mrctl.discover.noise.shared_motion import shared_n2
 from mrctl.discover.noise.spectral_floor import mean_square
 from mrctl.discover.verdict.courses import Course
 from mrctl.discover.verdict.structure import Structure
@@ -48,6 +49,7 @@ class Balance:
     courses: Sequence[Course] = ()  # that no effect has, of what is left; most first
     by_run: float = 0.0  # of the runs' means, where they are most of what is left
     swelling: float = 0.0  # of what does not repeat from cycle to cycle, but comes with the force
+    alike: float = 0.0  # of what no signal tells, but runs of one motion leave alike
 
     @property
     def cleared(self) -> bool:
@@ -90,7 +92,11 @@ def balance_of(
     if bare and budget.measured:
         swelling = swells(errors, evidence.at_samples_of(errors, [r.force_n for r in evidence.full]))
     swelling = swelling if swelling > OF_SWELLING**2 * force_n2(final) else 0.0
-    over = max(over, swelling, structured, shaken, strange * final.mean_square)
+    alike = 0.0
+    if bare and unknown and not (budget.measured or budget.drowned):
+        alike = shared_n2(errors, speeds)
+        alike = alike if alike > LEFT_OF_NOISE * final.mean_square else 0.0
+    over = max(over, swelling, structured, shaken, strange * final.mean_square, alike)
     least = (TRUE_TO if bare else LEAST_OF_FORCE) ** 2 * force_n2(final)
     bursts = bursts_n2(errors, speeds)
     if bursts < OF_MOTION * budget.brought:
@@ -110,6 +116,7 @@ def balance_of(
         courses,
         by_run,
         swelling,
+        alike if left_n2 else 0.0,
     )
 
 
