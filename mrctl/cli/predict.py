@@ -10,7 +10,8 @@ import numpy as np
 from mrctl.calibration import Calibration
 from mrctl.cli.apply import add_common_arguments, apply
 from mrctl.measurements import Run
-from mrctl.measurements.averaging import behind, smoothed
+from mrctl.measurements.averaging import behind
+from mrctl.measurements.moving_means import smoothed
 from mrctl.measurements.refine import refined, refinement, straight
 from mrctl.measurements.run import FloatArray
 from mrctl.model.pipeline import ForwardPipeline

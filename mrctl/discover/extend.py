@@ -91,8 +91,8 @@ def extend(
     begins = {e.name: given.get(e.name, e.typical) for e in were}
     report(0.0, ", ".join(_names(were)) or "base model")
 
-    def motions() -> Unseen | None:
-        return Unseen.of(records, thinned(measured.full), known, given, free) if unseen else None
+    def motions(fit: JointFit) -> Unseen | None:
+        return Unseen.of(fit, records, thinned(measured.full), free) if unseen else None
 
     here = was = _Model(were, fitted(parts.training, were, begins, free=free), parts, free, motions)
     if removed:
@@ -142,7 +142,7 @@ class _Model:
     fit: JointFit
     parts: Split
     free: Mapping[str, Sequence[bool]] | None
-    motions_of: Callable[[], Unseen | None]
+    motions_of: Callable[[JointFit], Unseen | None]
 
     @cached_property
     def error_n(self) -> float:
@@ -151,19 +151,15 @@ class _Model:
 
     @cached_property
     def motions(self) -> Unseen | None:
-        """The fits without each of the motions; None where they are not asked."""
-        return self.motions_of()
+        """How motions left out are predicted; None where they are not asked."""
+        return self.motions_of(self.fit)
 
     def with_one_more(self, effect: Effect, values: Vector | None) -> _Model:
         """The same with one more effect, begun at values or where a look finds most."""
         chosen = (*self.chosen, effect)
         given = {} if values is None else {effect.name: values}
         fit = one_more(self.fit, self.parts.training, chosen, given, self.free)
-
-        def motions() -> Unseen | None:
-            return self.motions and self.motions.with_one_more(chosen, given, self.free)
-
-        return _Model(chosen, fit, self.parts, self.free, motions)
+        return _Model(chosen, fit, self.parts, self.free, self.motions_of)
 
     def has_the_effects_of(self, other: JointFit) -> bool:
         """Whether it has the same effects, in whatever order."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mrctl.identify import base
 from mrctl.identify.layout import Layout
 from mrctl.identify.records import Record
-from mrctl.measurements.averaging import smoothed
+from mrctl.measurements.moving_means import smoothed
 from mrctl.simulate import Run
 
 Array = NDArray[np.float64]

@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.measurements.averaging import behind, smoothed
+from mrctl.measurements.averaging import behind
+from mrctl.measurements.moving_means import smoothed
 from mrctl.measurements.refine import refined, straight
 from mrctl.measurements.run import Run
 

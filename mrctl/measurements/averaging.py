@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrctl.measurements.moving_means import smoothed
 from mrctl.measurements.run import FloatArray, Run
 
 SHORTEST = 3  # samples
@@ -58,30 +59,6 @@ def note_of(window_s: float) -> str:
         f"force and motion are moving means over {1e3 * window_s:.4g} ms (nothing is left in them of the "
         f"multiples of {1.0 / window_s:.4g} Hz); models are averaged alike before they are compared"
     )
-
-
-def smoothed(x: FloatArray, samples: float) -> FloatArray:
-    """Means of x (..., n) over any number of samples around each; x is linear between them, held outside."""
-    if samples <= 1.0:
-        return x
-    whole = int(samples / 2)
-    rest = samples / 2 - whole
-    beyond = 0.5 * rest**2  # areas of the outermost hat functions under the window
-    edge = 0.5 + rest - beyond if whole else 2.0 * (rest - beyond)
-    padding = [(0, 0)] * (x.ndim - 1) + [(whole + 1, whole + 1)]
-    padded = np.pad(x, padding, mode="edge")
-    n = x.shape[-1]
-
-    def at(shift: int) -> FloatArray:
-        start = whole + 1 + shift
-        return np.asarray(padded[..., start : start + n])
-
-    total = beyond * (at(-whole - 1) + at(whole + 1))
-    if not whole:
-        return np.asarray((total + edge * x) / samples)
-    sums = np.cumsum(padded, axis=-1)
-    inner = sums[..., 2 * whole : 2 * whole + n] - sums[..., 1 : 1 + n]
-    return np.asarray((total + edge * (at(-whole) + at(whole)) + inner) / samples)
 
 
 def sharpened(x: FloatArray, samples: float) -> FloatArray:

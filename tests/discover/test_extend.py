@@ -52,9 +52,6 @@ class _Motions:
     def __init__(self, effects=0, refuses=2):
         self.effects, self.refuses = effects, refuses
 
-    def with_one_more(self, chosen, _values, _free):
-        return _Motions(len(chosen), self.refuses)
-
     def foretells_better_than(self, other):
         return self.effects > other.effects and self.effects < self.refuses
 
@@ -71,7 +68,7 @@ class _Motions:
 )
 def test_a_part_of_the_truth_must_help_with_motions_left_out(monkeypatch, unseen, refuses, kept, refused):
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
-    monkeypatch.setattr(module.Unseen, "of", lambda *_: _Motions(refuses=refuses))
+    monkeypatch.setattr(module.Unseen, "of", lambda fit, *_: _Motions(len(fit.model.effects.chosen), refuses))
     monkeypatch.setattr(module, "is_nothing", lambda *_: False)
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     added = [effects()[name] for name in (FIRST, SECOND)]
@@ -85,12 +82,9 @@ class _Named(_Motions):
 
     errors: dict
 
-    def __init__(self, error=10.0):
+    def __init__(self, fit, *_):
         super().__init__()
-        self.error = error
-
-    def with_one_more(self, chosen, _values, _free):
-        return _Named(self.errors[chosen[-1].name])
+        self.error = self.errors[fit.model.effects.chosen[-1].name] if fit.model.effects.size else 10.0
 
     def foretells_better_than(self, other):
         return self.error < other.error
@@ -115,7 +109,7 @@ def test_of_rivals_the_one_is_taken_that_foretells_best(monkeypatch, errors, run
         return next((runs.get(e.name, 99.0) for e in fit.model.effects.chosen), 100.0)
 
     monkeypatch.setattr(module, "error_on", error_on)
-    monkeypatch.setattr(module.Unseen, "of", lambda *_: _Named())
+    monkeypatch.setattr(module.Unseen, "of", _Named)
     monkeypatch.setattr(_Named, "errors", errors, raising=False)
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     first, second = (effects()[name] for name in (FIRST, SECOND))
@@ -131,7 +125,7 @@ def test_a_rival_that_is_in_the_model_already_is_not_added_twice(monkeypatch):
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
     spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     first, second = (effects()[name] for name in (FIRST, SECOND))
-    monkeypatch.setattr(module.Unseen, "of", lambda *_: _Named())
+    monkeypatch.setattr(module.Unseen, "of", _Named)
     monkeypatch.setattr(_Named, "errors", {FIRST: 9.0, SECOND: 8.0}, raising=False)
     result = extend(
         one_frequency({FIRST: spring}), (), [first, second], falling=True, unseen={FIRST, SECOND},

@@ -2,6 +2,7 @@
 
 from hidden import one_frequency, rich
 
+from mrctl.discover.fits.refit import fitted, one_more
 from mrctl.discover.fits.unseen import MOST_PARTS, Unseen, motion_parts
 from mrctl.identify.records import records_of
 from mrctl.model.effects.registry import effects
@@ -24,15 +25,16 @@ def test_runs_of_one_motion_are_left_out_together():
 def test_one_motion_cannot_be_left_out():
     records = records_of(one_frequency().runs)
     assert motion_parts(records) is None
-    assert Unseen.of(records, records, (), {}) is None
+    assert Unseen.of(fitted(records, (), {}), records, records) is None
 
 
 def test_a_true_effect_foretells_motions_that_it_was_not_fitted_to():
     runs = rich({"gas_spring": SPRING}).runs
     records = records_of([r for r in runs if "Hz_0A" in r.name or "Hz_3A" in r.name])
     spring = effects()["gas_spring"]
-    plain = Unseen.of(records, records, (), {})
-    with_spring = plain.with_one_more((spring,), {"gas_spring": (*SPRING.values(), 0.0)})
+    fit = fitted(records, (), {})
+    sprung = one_more(fit, records, (spring,), {"gas_spring": (*SPRING.values(), 0.0)})
+    plain, with_spring = (Unseen.of(one, records, records) for one in (fit, sprung))
     assert with_spring.foretells_better_than(plain)
     assert not plain.foretells_better_than(with_spring)
     assert len(plain.errors_n) == 3

@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mrctl.measurements import moving_means
 from mrctl.measurements.assemble import RawRun, assemble
-from mrctl.measurements.averaging import averaged_over_s, behind, believed, sharpened, smoothed
+from mrctl.measurements.averaging import averaged_over_s, behind, believed, sharpened
+from mrctl.measurements.moving_means import smoothed
 from mrctl.measurements.run import FloatArray, Run
 
 RATE_HZ = 500.0
@@ -129,3 +131,14 @@ def test_a_run_that_is_no_mean_is_left_as_it_is() -> None:
     run = replace(loaded(measured()), averaged_s=0.0)
     assert behind(run) is run
     assert smoothed(run.force_n, run.averaged_s * run.sample_rate_hz) is run.force_n
+
+
+@pytest.mark.parametrize("samples", [1.4, 2.0, 3.0, 7.3, 40.0])
+def test_a_plain_installation_averages_as_a_desk_does(monkeypatch, samples):
+    x = np.random.default_rng(2).normal(size=(3, 30))
+    compiled = smoothed(x, samples)
+    monkeypatch.setattr(moving_means, "_loop", lambda: moving_means.running_means)
+    assert smoothed(x, samples) == pytest.approx(compiled, abs=1e-12)
+    between = np.linspace(-0.5 * samples, 0.5 * samples, 200_001)
+    fine = [np.mean(np.interp(k + between, np.arange(30.0), row)) for row in x for k in (0, 11, 29)]
+    assert compiled[:, [0, 11, 29]].ravel() == pytest.approx(fine, abs=1e-4)

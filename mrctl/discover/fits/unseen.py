@@ -7,16 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.refit import error_on, fitted, one_more
+from mrctl.discover.fits.refit import error_on, fitted
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.processes import in_processes
 from mrctl.identify.records import Record
-from mrctl.model.effects.base import Effect, Vector
 
 Array = NDArray[np.float64]
 Free = Mapping[str, Sequence[bool]]
@@ -27,46 +25,30 @@ FEWEST_MOTIONS, MOST_PARTS = 3, 4
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """A model fitted once without each part of a campaign's motions, and its error in N on that part."""
+    """The RMS errors in N on each part of a campaign's motions, of a model fitted to the others."""
 
-    training: list[list[Record]]
-    left_out: list[list[Record]]  # as they were measured
-    fits: list[JointFit]
+    errors_n: Array
 
     @classmethod
     def of(
-        cls,
-        records: Sequence[Record],
-        measured: Sequence[Record],
-        known: Sequence[Effect],
-        values: Mapping[str, Vector],
-        free: Free | None = None,
+        cls, fit: JointFit, records: Sequence[Record], measured: Sequence[Record], free: Free | None = None
     ) -> Unseen | None:
-        """The fits of the known effects; None where the campaign has too few motions to leave one out."""
+        """Of a model, at whose fit those without a part begin: so none of them ends in another valley.
+
+        records: to fit; measured: the same as they were measured, to predict. None where the campaign has too
+        few motions to leave one out.
+        """
         parts = motion_parts(measured)
         if parts is None:
             return None
-        every = sorted(set(parts))
-        training = [[r for r, p in zip(records, parts, strict=True) if p != k] for k in every]
-        left_out = [[r for r, p in zip(measured, parts, strict=True) if p == k] for k in every]
-        own = {e.name: values.get(e.name, e.typical) for e in known}
-        common = [*known, *(r for part in training for r in part)]
-        fits = in_processes(lambda part: fitted(part, known, own, free=free), training, common)
-        return cls(training, left_out, fits)
+        chosen = fit.model.effects.chosen
 
-    @cached_property
-    def errors_n(self) -> Array:
-        """RMS error of each part, predicted from the others."""
-        return np.array([error_on(f, part) for f, part in zip(self.fits, self.left_out, strict=True)])
+        def error_n(part: int) -> float:
+            rest = [r for r, p in zip(records, parts, strict=True) if p != part]
+            out = [r for r, p in zip(measured, parts, strict=True) if p == part]
+            return error_on(fitted(rest, chosen, fit.effect_values, start=fit, free=free), out)
 
-    def with_one_more(
-        self, chosen: Sequence[Effect], values: Mapping[str, Vector], free: Free | None = None
-    ) -> Unseen:
-        """The same with one more effect, the last of the chosen."""
-        both = list(zip(self.fits, self.training, strict=True))
-        common = [*chosen, *(c for fit in self.fits for c in fit.model.common)]
-        fits = in_processes(lambda one: one_more(*one, chosen, values, free), both, common)
-        return Unseen(self.training, self.left_out, fits)
+        return cls(np.array(in_processes(error_n, sorted(set(parts)))))
 
     def foretells_better_than(self, other: Unseen) -> bool:
         """Whether its errors are smaller: part by part in ratios, so that no wild part decides alone."""
