@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -74,7 +74,7 @@ def extend(
     or that end as nothing; unseen: of these names also those with which that on motions left out does, as
     must be asked of effects that are only a part of the truth, or one of several. instead: by such an
     effect's name others that may stand in its place: of all of them, and of the places where fits of it may
-    end, the best on the runs left out is taken, and of those alike there the best on motions left out.
+    end, the best on runs and on motions left out is taken.
     begin: a model with effects that has been found; the fit with just those begins there too, since a base
     without them may lead it elsewhere.
 
@@ -188,23 +188,22 @@ class _Model:
         """Whether it predicts motions left out better; None where none were left out."""
         if self.motions is None or other.motions is None:
             return None
-        return self.motions.foretells_better_than(other.motions)
+        return self.motions.level < other.motions.level
 
 
-def _best_first(models: Sequence[_Model]) -> Iterator[_Model]:
-    """Models in the order in which they predict runs left out; of those alike, as they foretell motions.
+def _best_first(models: Sequence[_Model]) -> list[_Model]:
+    """Models in the order in which they predict runs left out, and motions left out as much, where asked.
 
-    As measured, whatever the runs' own scales: it is the same runs for all, and the level counts.
+    In ratios: a tenth more of either counts alike. As measured, whatever the runs' own scales: it is the same
+    runs for all, and the level counts.
     """
-    rest = [one for one in models if np.isfinite(one.error_n)]
-    while rest:
-        least = min(one.error_n for one in rest)
-        best, *alike = (one for one in rest if one.error_n <= WORSE * least)
-        for one in alike:
-            if one.foretells_better_than(best):
-                best = one
-        yield best
-        rest = [one for one in rest if one is not best]
+
+    def missed(one: _Model) -> float:
+        beside = one.motions.level if one.motions is not None else 0.0
+        return float(np.log(one.error_n)) + beside
+
+    sound = [one for one in models if np.isfinite(one.error_n)]
+    return sorted(sound, key=missed) if len(sound) > 1 else sound
 
 
 def _names(chosen: Sequence[Effect]) -> tuple[str, ...]:

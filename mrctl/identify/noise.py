@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SCALE = 1.4826  # of the median deviation, for a normal distribution
+PERIODIC = 0.9  # correlation of a motion with itself a cycle later
 LEAST_SHARE = 0.2  # no run's noise is taken below this share of the median: a run at rest fits too well
 
 
@@ -20,16 +21,47 @@ def correlation_inflation(residual: Array) -> float:
     n = residual.size
     if n < 16:
         return 1.0
-    centred = residual - residual.mean()
-    size = 1 << (2 * n - 1).bit_length()
-    spectrum = np.abs(np.fft.rfft(centred, size)) ** 2
-    correlation = np.fft.irfft(spectrum)[: n // 2]
+    correlation = _lagged_products(residual - residual.mean())
     if correlation[0] <= 0.0:
         return 1.0
     time = 2.0 * np.cumsum(correlation / correlation[0]) - 1.0
     window = np.arange(time.size) >= 5.0 * time
     at = int(np.argmax(window)) if window.any() else time.size - 1
     return float(np.clip(time[at], 1.0, n / 8.0))
+
+
+def repeated(motion: Array, residual: Array) -> float:
+    """How often a residual says the same: of n cycles of a motion n times, of what comes again in each.
+
+    motion, residual: (n). 1 for noise, and where the motion does not repeat.
+    """
+    if residual.size < 16:
+        return 1.0
+    alike = _autocorrelation(motion)
+    turned = int(np.argmax(alike < 0.0))
+    again = np.append(alike[turned:] > PERIODIC, False)
+    if turned == 0 or not again.any():
+        return 1.0
+    first = int(np.argmax(again))
+    last = first + int(np.argmin(again[first:]))
+    at = turned + first + int(np.argmax(alike[turned + first : turned + last]))
+    cycles = residual.size / at
+    return 1.0 + (cycles - 1.0) * max(float(_autocorrelation(residual)[at]), 0.0)
+
+
+def _autocorrelation(x: Array) -> Array:
+    """Of x (n), at lags up to half of it: of the parts that overlap."""
+    centred = x - x.mean()
+    squares = np.concatenate([[0.0], np.cumsum(centred**2)])
+    lags = np.arange(x.size // 2)
+    sizes = np.sqrt(squares[x.size - lags] * (squares[-1] - squares[lags]))
+    return np.asarray(_lagged_products(centred) / np.maximum(sizes, 1e-300))
+
+
+def _lagged_products(x: Array) -> Array:
+    """The sums of x (n) times itself later, at lags up to half of it."""
+    size = 1 << (2 * x.size - 1).bit_length()
+    return np.asarray(np.fft.irfft(np.abs(np.fft.rfft(x, size)) ** 2)[: x.size // 2])
 
 
 def usual_n2(residual: Array) -> float:

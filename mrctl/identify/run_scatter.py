@@ -4,6 +4,7 @@ What is in proportion to a run's force then says little: its share scatters from
 counts its samples as so many witnesses bends shapes and lags to make up for it. So the share is taken for a
 random number of each run, of a spread that the runs show, and what is left counts as before: generalised
 least squares with the covariance I + spread² F F' in units of the noise (Laird, Ware, Biometrics 38 (1982)).
+And what a real damper has beyond any model comes again in each cycle of a run: it is one witness, not many.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from scipy.stats import chi2
 
 from mrctl.identify.batch import Batch
 from mrctl.identify.joint import JointModel
-from mrctl.identify.noise import SCALE, correlation_inflation
+from mrctl.identify.noise import SCALE, correlation_inflation, repeated
 
 Array = NDArray[np.float64]
 
@@ -41,7 +42,7 @@ class ScatteredModel(JointModel):
             self.spread, self.levels = other.spread, other.levels
 
     def reweigh(self, theta: Array, *, each: bool = False) -> None:
-        """As the plain model's; with `each` also how far the runs scatter in scale."""
+        """As the plain model's; with `each` also how far the runs scatter, and each cycle's error once."""
         super().reweigh(theta, each=each)
         self.spread, self.levels = 0.0, []
         if each:
@@ -49,6 +50,8 @@ class ScatteredModel(JointModel):
             errors = self.residuals(theta)
             self.spread = scale_spread(errors, [f[-e.size :] for f, e in zip(forces, errors, strict=True)])
             self.levels = forces
+            motions = (self.weighed(r, r.velocity_m_s) for r in self.records)
+            self.weights /= [repeated(v[-e.size :], e) for v, e in zip(motions, errors, strict=True)]
 
     def told(self, batch: Batch, roots: Array, x: Array) -> Array:
         """As the plain model's, less nearly all of what is in proportion to a run's force."""

@@ -1,5 +1,6 @@
 """Extending a model by what a diagnosis found leaves away what runs that were left out speak against."""
 
+import numpy as np
 import pytest
 from hidden import one_frequency
 
@@ -52,8 +53,9 @@ class _Motions:
     def __init__(self, effects=0, refuses=2):
         self.effects, self.refuses = effects, refuses
 
-    def foretells_better_than(self, other):
-        return self.effects > other.effects and self.effects < self.refuses
+    @property
+    def level(self):
+        return -float(self.effects) if self.effects < self.refuses else float(self.effects)
 
 
 @pytest.mark.parametrize(
@@ -86,8 +88,9 @@ class _Named(_Motions):
         super().__init__()
         self.error = self.errors[fit.model.effects.chosen[-1].name] if fit.model.effects.size else 10.0
 
-    def foretells_better_than(self, other):
-        return self.error < other.error
+    @property
+    def level(self):
+        return float(np.log(self.error))
 
 
 @pytest.mark.parametrize(
@@ -99,11 +102,15 @@ class _Named(_Motions):
         ({FIRST: 11.0, SECOND: 12.0}, {}, (), (FIRST,)),
         ({FIRST: 8.0, SECOND: 9.0}, {SECOND: 50.0}, (SECOND,), ()),
         ({FIRST: 8.0, SECOND: 11.0}, {SECOND: 50.0}, (FIRST,), ()),
+        ({FIRST: 5.0, SECOND: 9.0}, {SECOND: 70.0}, (FIRST,), ()),
         ({FIRST: 11.0, SECOND: 9.0}, {SECOND: 110.0}, (), (FIRST,)),
     ],
 )
 def test_of_rivals_the_one_is_taken_that_foretells_best(monkeypatch, errors, runs, kept, refused):
-    """errors: on motions left out, 10 without either; runs: on runs left out, 100 without and else 99."""
+    """errors: on motions left out, 10 without either; runs: on runs left out, 100 without and else 99.
+
+    Ratios of both count alike.
+    """
 
     def error_on(fit, *_, **_scaled):
         return next((runs.get(e.name, 99.0) for e in fit.model.effects.chosen), 100.0)

@@ -50,9 +50,10 @@ class Unseen:
 
         return cls(np.array(in_processes(error_n, sorted(set(parts)))))
 
-    def foretells_better_than(self, other: Unseen) -> bool:
-        """Whether its errors are smaller: part by part in ratios, so that no wild part decides alone."""
-        return float(np.mean(np.log(self.errors_n / other.errors_n))) < 0.0
+    @property
+    def level(self) -> float:
+        """The mean logarithm of the errors: in ratios, so that no wild part decides alone."""
+        return float(np.mean(np.log(self.errors_n)))
 
 
 def motion_parts(records: Sequence[Record]) -> list[int] | None:
