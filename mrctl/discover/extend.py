@@ -173,16 +173,19 @@ class _Model:
     def bears_out(self, before: _Model, *, told: bool) -> bool:
         """Whether there is any of its last effect and the runs left out bear it out.
 
-        told: and motions left out, where asked.
+        Where runs scatter in scale, but for what no model foretells of them. told: that too, and motions left
+        out, where asked: a part of the truth that looks better in shape only is none to build on.
         """
         last = self.chosen[-1]
         if is_nothing(last, self.fit.effect_values[last.name]):
             return False
-        errors = [one.error_n for one in (before, self)]
+        errors = [[one.error_n for one in (before, self)]] if told or not scatters(self.fit) else []
         if scatters(self.fit):
             left = self.parts.held_out, self.parts.begins
-            errors = [error_on(one.fit, *left, scaled=True) for one in (before, self)]
-        return errors[1] <= WORSE * errors[0] and not (told and self.foretells_better_than(before) is False)
+            errors.append([error_on(one.fit, *left, scaled=True) for one in (before, self)])
+        if any(now > WORSE * was for was, now in errors):
+            return False
+        return not (told and self.foretells_better_than(before) is False)
 
     def foretells_better_than(self, other: _Model) -> bool | None:
         """Whether it predicts motions left out better; None where none were left out."""

@@ -79,6 +79,21 @@ def test_a_part_of_the_truth_must_help_with_motions_left_out(monkeypatch, unseen
     assert result.refused == refused
 
 
+@pytest.mark.parametrize(("unseen", "kept"), [((), (FIRST,)), ({FIRST}, ())])
+def test_a_part_of_the_truth_must_help_as_measured_where_runs_differ_in_scale(monkeypatch, unseen, kept):
+    """With it, runs left out are predicted better but for their scales, and worse with them."""
+
+    def error_on(fit, *_, scaled=False):
+        return (80.0 if scaled else 110.0) if fit.model.effects.chosen else 100.0
+
+    monkeypatch.setattr(module, "error_on", error_on)
+    monkeypatch.setattr(module, "scatters", lambda _: True)
+    monkeypatch.setattr(module.Unseen, "of", lambda fit, *_: _Motions(len(fit.model.effects.chosen), 3))
+    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+    result = extend(one_frequency({FIRST: spring}), (), [effects()[FIRST]], falling=True, unseen=unseen)
+    assert result.effects == kept
+
+
 class _Named(_Motions):
     """Stands for fits without a motion: the error on it hangs on the last effect's name."""
 
