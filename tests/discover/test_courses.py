@@ -244,6 +244,19 @@ def test_what_repeats_beside_as_much_of_the_motion_s_noise_is_not_certain(monkey
         assert (balances.balance_of(evidence, base, nothing, [], bare=True).left > 0.0) is counts
 
 
+@pytest.mark.parametrize(("share", "counts"), [(0.01, False), (0.2, True)])
+def test_a_course_of_next_to_nothing_makes_no_more_of_what_may_be_noise(monkeypatch, share, counts):
+    """Of 4000 N² 2800 or up to 3400 are noise: the rest counts where a course says that it is none."""
+    evidence, base = base_of()
+    budget = replace(evidence.budget(base.fit), judged=4000.0, noise=2800.0, most_noise=3400.0)
+    budget = replace(budget, measured=False, certain=0.0, brought=0.0)
+    monkeypatch.setattr(Evidence, "budget", lambda *_: budget)
+    monkeypatch.setattr(balances, "is_indifferent", lambda *_: False)
+    nothing = Structure(budget.judged, 0.0, 0.0, ())
+    found = balances.balance_of(evidence, base, nothing, [course("fades", share, 3000.0)], bare=True)
+    assert (found.left > 0.0) is counts
+
+
 @pytest.mark.parametrize(("of_force", "counts"), [(1.5e-3, False), (3e-3, True)])
 @pytest.mark.parametrize("named", [False, True])
 def test_less_than_a_load_cell_is_true_to_needs_no_explanation(monkeypatch, of_force, counts, named):

@@ -68,7 +68,7 @@ def balance_of(
     budget = evidence.budget(final.fit)
     # What the motion's noise makes goes with the motion as measured: no signal tells it from physics.
     told = left.significant and not budget.drowned
-    certain = [c for c in courses if c.certain and not budget.drowned]
+    certain = [c for c in courses if c.certain and c.share > STRANGE and not budget.drowned]
     unknown = not told and not certain
     structured = left.explained_n2 if told and left.share > LEFT_OF_NOISE else 0.0
     rates = [r.rate_hz / r.finer for r in evidence.full]
@@ -80,7 +80,7 @@ def balance_of(
     if line is not None and steady_noise(line, errors, rates, [r.force_n for r in evidence.full], speeds):
         hums, line = [*hums, line], None
     shaken = 0.0 if line is None else line.mean_square_n2
-    strange = max((c.share for c in certain if c.share > STRANGE), default=0.0)
+    strange = max((c.share for c in certain), default=0.0)
     over = budget.unseen if bare and unknown else budget.excess
     if budget.measured:
         over = max(over - repeated, 0.0)
