@@ -62,10 +62,10 @@ check lint-imports
 # Exit status 5 of pytest (no test at all) is a failure like any other. The test bed mostly waits for real events:
 # it runs beside the others, which stand back for it, and its output follows theirs.
 logs=$(mktemp -d)
-trap 'kill %% 2>/dev/null || true; rm -rf "$logs"' EXIT
 export OPENBLAS_NUM_THREADS=1  # threads inside small linear algebra only wait for each other
 python -m pytest --color=no --durations=10 tests/testbed >"$logs/testbed" 2>&1 &
 bed=$!
+trap 'kill "$bed" 2>/dev/null || true; rm -rf "$logs"' EXIT
 # Each process has a processor to itself: threads within them would only share it.
 bulk=(nice -n 19 python -m pytest -n auto --maxprocesses=8 --durations=60 --ignore=tests/testbed tests)
 say "${bulk[*]}"

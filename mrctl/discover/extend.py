@@ -206,7 +206,7 @@ def _best_first(models: Sequence[_Model]) -> list[_Model]:
         return float(np.log(one.error_n)) + beside
 
     sound = [one for one in models if np.isfinite(one.error_n)]
-    return sorted(sound, key=missed) if len(sound) > 1 else sound
+    return sorted(sound, key=missed) if len(sound) > 1 else sound  # motions are only left out to choose
 
 
 def _names(chosen: Sequence[Effect]) -> tuple[str, ...]:
