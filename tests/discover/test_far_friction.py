@@ -1,12 +1,15 @@
-"""A large friction that is elastic over a millimetre, in one steady motion: the base has its knee in g."""
+"""A friction that the base has in its g: elastic over a millimetre in one motion, or inside the chambers."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import butter, lfilter
 
+from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.discover.search.looks import looks
@@ -14,6 +17,7 @@ from mrctl.measurements.run import Campaign, Run
 from mrctl.model.effects.registry import effect
 
 RATE_HZ, NOISE_N = 500.0, 1.5
+CHAMBER_HZ = 34.0
 FRICTION_N, PRESLIDING_M, VISCOUS_N_S_M = 90.0, 1e-3, 550.0
 
 
@@ -47,3 +51,31 @@ def test_a_friction_that_the_base_has_in_its_g_is_seen():
     assert far.values[0] > 0.7 * FRICTION_N
     (near,) = looks(tangent, [replace(friction, far=None)])
     assert near.gain < 0.2 * far.gain
+
+
+def _inside(seed: int) -> Campaign:
+    """A friction on the piston, inside chambers whose compliance filters all that the fluid does."""
+    random, runs, fine = np.random.default_rng(seed), [], 10
+    t = np.arange(int(3.0 * RATE_HZ) * fine) / RATE_HZ / fine
+    chamber = butter(2, CHAMBER_HZ, fs=RATE_HZ * fine)
+    for k, (frequency_hz, stroke_m) in enumerate([(1.0, 0.03), (2.0, 0.02), (4.0, 0.02), (7.0, 0.012)]):
+        w = 2.0 * np.pi * frequency_hz
+        x = stroke_m * np.sin(w * t)
+        v, a = w * stroke_m * np.cos(w * t), -(w**2) * x
+        current = np.repeat(random.uniform(0.0, 2.0, 10), t.size // 10 + 1)[: t.size]
+        fluid = (150.0 + 350.0 * np.tanh(1.2 * current)) * (np.tanh(v / 0.08) + 0.3 * v)
+        force = lfilter(*chamber, fluid + FRICTION_N * np.tanh(v / 0.0015))
+        force += random.normal(0.0, NOISE_N, t.size)
+        channels = (one[::fine] for one in (t, v, current, np.full(t.size, 30.0 + 5.0 * k), force, x, a))
+        runs.append(Run(f"{k}", Path(f"{k}.csv"), *channels, RATE_HZ))
+    return Campaign(Path("inside"), tuple(runs), "0" * 64)
+
+
+def test_a_friction_that_the_chambers_filter_is_named():
+    found = diagnose(_inside(5))
+    assert found.effects == ("coulomb_friction",)
+    (friction,) = (one.trial.fit.effect_values["coulomb_friction"] for one in found.found)
+    assert abs(friction[0] - FRICTION_N) < 0.1 * FRICTION_N
+    lag_s = math.sqrt(2.0) / (2.0 * math.pi * CHAMBER_HZ)  # and 0.5 for the swing: Butterworth's
+    assert abs(friction[4] - lag_s) < 0.25 * lag_s
+    assert 0.3 < friction[5] < 0.8

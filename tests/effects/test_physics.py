@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import curve_fit
+from scipy.signal import lsim
 
 from mrctl.model.effects.base import Ranges
 from mrctl.model.effects.registry import effects
@@ -36,7 +37,7 @@ def test_current_lag_solves_its_differential_equation(dt_s, saturation):
 @pytest.mark.parametrize("dt_s", [0.0005, 0.005])
 def test_friction_is_dahls(dt_s):
     t, v = signals(dt_s)
-    ours = additive("coulomb_friction", (80.0, 5e-4, 0.0, 5e-3), t, v, dt_s)
+    ours = additive("coulomb_friction", (80.0, 5e-4, 0.0, 5e-3, 0.0, 0.0), t, v, dt_s)
     exact = 80.0 * solved(
         lambda u, z: velocity(u) / 5e-4 * (1.0 - z * np.sign(velocity(u))), np.sign(v[0]), t
     )
@@ -45,7 +46,7 @@ def test_friction_is_dahls(dt_s):
 
 def test_fast_friction_is_coulombs():
     t, v = signals(0.0005)
-    ours = additive("coulomb_friction", (80.0, 1e-5, 0.0, 5e-3), t, v, 0.0005)
+    ours = additive("coulomb_friction", (80.0, 1e-5, 0.0, 5e-3, 0.0, 0.0), t, v, 0.0005)
     moving = np.abs(v) > 0.1
     assert ours[moving] == pytest.approx(80.0 * np.sign(v[moving]), abs=0.1)
 
@@ -53,9 +54,18 @@ def test_fast_friction_is_coulombs():
 def test_slow_friction_is_stribecks():
     t = np.arange(8000) * 0.0005
     v = 0.02 * t / t[-1]
-    ours = additive("coulomb_friction", (80.0, 1e-6, 0.25, 4e-3), t, v, 0.0005)
+    ours = additive("coulomb_friction", (80.0, 1e-6, 0.25, 4e-3, 0.0, 0.0), t, v, 0.0005)
     sliding = v > 1e-3
     assert ours[sliding] == pytest.approx(80.0 + 20.0 * np.exp(-((v[sliding] / 4e-3) ** 2)), rel=1e-3)
+
+
+def test_friction_inside_a_chamber_follows_with_a_swing():
+    t, v = signals(0.0005)
+    plain = additive("coulomb_friction", (80.0, 1e-4, 0.2, 4e-3, 0.0, 0.0), t, v, 0.0005)
+    late = additive("coulomb_friction", (80.0, 1e-4, 0.2, 4e-3, 6e-3, 0.5), t, v, 0.0005)
+    exact = lsim(([1.0], [0.5 * 6e-3**2, 6e-3, 1.0]), plain - plain[0], t)[1] + plain[0]
+    assert relative(late, exact) < 0.03
+    assert relative(plain, exact) > 0.1
 
 
 def test_inertia_lags_as_a_chamber_lets_it():

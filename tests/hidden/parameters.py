@@ -40,6 +40,7 @@ def _gas_spring(p, case):
 
 def _friction(p, case):
     own = {"friction_n": p["FRFC"], "presliding_m": p["FRFC"] / p["FRS0"], "breakaway": 0.0}
+    own |= {"lag_s": 0.0, "swing": 0.0}
     if p["FR"] == 1:
         return own | {"slow_m_s": "nothing breaks away"}
     if p["FR"] == 3:
