@@ -272,7 +272,7 @@ def all_looks(page: Page, d: Diagnosis) -> None:
             [
                 [
                     look.effect.name,
-                    100.0 * look.gain / d.first.whole,
+                    100.0 * max(look.gain, 0.0) / d.first.whole,  # none of it takes nothing
                 ]
                 for look in d.first.looks
             ],

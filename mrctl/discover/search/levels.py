@@ -14,7 +14,7 @@ from mrctl.discover.fits.proof import Proof, chance, log_gain, prove
 from mrctl.discover.fits.robust import second_opinions
 from mrctl.discover.fits.screen import Look, ranges_of
 from mrctl.discover.fits.tangent import Tangent
-from mrctl.discover.search.looks import looks
+from mrctl.discover.search.looks import looks, usual_looks
 from mrctl.discover.verdict.worth import least_n2
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.plain_lags import with_lag_of_two
@@ -124,6 +124,13 @@ def search_level(
     ]
     trials.sort(key=lambda trial: -trial.score)
     return Level(before, whole, seen, trials)
+
+
+def unsearched(before: Proof, candidates: Sequence[Effect]) -> Level:
+    """The round of a model beside which there is nothing to find: what candidates usually do, no fits."""
+    tangent = Tangent.of(before.fit)
+    whole = float(tangent.residual @ tangent.residual)
+    return Level(before, whole, usual_looks(tangent, candidates), [])
 
 
 def _known(before: Proof, proof: Proof, seen: Sequence[Look]) -> list[Trial]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrctl.discover.fits.grow import without_temperature
 from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE
@@ -18,6 +19,8 @@ from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.processes import in_processes
 from mrctl.model.effects.base import Effect, Stage, Vector
+
+Array = NDArray[np.float64]
 
 CLIMBED = 7
 STARTS = 3  # from which an effect is looked at closely, ...
@@ -52,6 +55,13 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
 
     found = in_processes(look, range(len(order)), [*candidates, *tangent.fit.model.common])
     return sorted(found, key=lambda one: -one.gain)
+
+
+def usual_looks(tangent: Tangent, candidates: Sequence[Effect]) -> list[Look]:
+    """All candidates at their usual size, where nothing is left for them to take."""
+    screen = Screen(tangent)
+    common = [*candidates, *tangent.fit.model.common]
+    return in_processes(lambda effect: screen.at(effect, effect.typical), candidates, common)
 
 
 def _climbed(screen: Screen, effect: Effect, glanced: Sequence[tuple[float, Vector]]) -> list[Look]:
@@ -97,14 +107,28 @@ def _far_look(screen: Screen, effect: Effect) -> Look | None:
         starts = [heat(own, start, free=beside).theta for start in starts]
     least = replace(fit, model=few).total
     won = [one for one in (heat(own, start, free=joint) for start in starts) if one.total < least]
-    if few is not fit.model:  # to all of them a start that a few records made may be lost, or far at first
-        further = partial(heat, iterations=2 * HEAT, tolerance=0.0)
-        won = [further(model, one.theta, free=joint) for one in won]
+    if few is not fit.model:
+        won = _on_all(fit, least, won, partial(heat, model, iterations=2 * HEAT, tolerance=0.0, free=joint))
     best = min(won, key=lambda one: one.total, default=None)
     if best is None or best.total >= fit.total:
         return None
     look = screen.at(effect, best.effect_values[effect.name])
     return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])
+
+
+def _on_all(
+    fit: JointFit, least: float, won: Sequence[JointFit], further: Callable[[Array], JointFit]
+) -> list[JointFit]:
+    """Fits to a few records gone on with on all, the best first, until one keeps what the few promised.
+
+    least: what the fit costs on the few. To all a start that a few made may be lost, or far at first.
+    """
+    found: list[JointFit] = []
+    for one in sorted(won, key=lambda one: one.total):
+        found.append(further(one.theta))
+        if fit.total - found[-1].total >= KEPT * (least - one.total) / least * fit.total:
+            break
+    return found
 
 
 def winds(fit: JointFit) -> bool:

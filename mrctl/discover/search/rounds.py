@@ -9,7 +9,8 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import settled
 from mrctl.discover.fits.proof import Proof
 from mrctl.discover.search.exchange import exchanged
-from mrctl.discover.search.levels import Level, Trial, search_level
+from mrctl.discover.search.levels import Level, Trial, search_level, unsearched
+from mrctl.discover.search.quiet import is_quiet
 from mrctl.discover.search.renewed import renewed
 from mrctl.discover.verdict.judged import EXPLAINED
 from mrctl.discover.verdict.own_delay import is_filters
@@ -70,13 +71,15 @@ def rounds_of(
         if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
             here = renewed(here, [t.effect for t in found], evidence.folds)
         rounds = most - len(found)
-        if _hopeless(evidence, levels[0].before, level.before, here, rounds):
+        if is_quiet(here) or _hopeless(evidence, levels[0].before, level.before, here, rounds):
             break
     return evidence, levels, found, last, here
 
 
 def _round(evidence: Evidence, here: Proof, rest: Sequence[Effect]) -> tuple[Level, list[Trial]]:
     """A look at all that may come to a model, and those that are real."""
+    if is_quiet(here):
+        return unsearched(here, rest), []
     level = search_level(here, rest, evidence.folds)
     good = [t for t in level.trials if accepted(t, level.before, len(rest))]
     if not good and here.fit.total - level.before.fit.total > BETTER_VALLEY:

@@ -60,8 +60,17 @@ def _is_more_than_form(trial: Trial, before: Proof) -> bool:
     taken = before.mean_square - trial.proof.mean_square
     if taken > least_n2(before):
         return True
-    fair = max(LEAST_SHARE * before.mean_square, SMALL_OF_FORCE**2 * force_n2(before))
-    return taken > fair and trial.score > finer_score(before, trial.proof.colour)
+    return taken > _fair_n2(before) and trial.score > finer_score(before, trial.proof.colour)
+
+
+def least_accepted_n2(before: Proof) -> float:
+    """The mean square in N² without which no effect is accepted, whatever its score."""
+    return min(least_n2(before), _fair_n2(before))
+
+
+def _fair_n2(before: Proof) -> float:
+    """The same of an effect that says more than finer tables would."""
+    return max(LEAST_SHARE * before.mean_square, SMALL_OF_FORCE**2 * force_n2(before))
 
 
 def least_n2(before: Proof) -> float:

@@ -1,0 +1,52 @@
+"""White noise alone is quiet; a force of the damper's in it is not, nor is noise that remembers."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from discover.campaigns import coloured
+
+from mrctl.discover.search.quiet import is_quiet
+
+RATE_HZ, RUNS, SAMPLES, NOISE_N, FORCE_N = 500.0, 10, 4000, 5.0, 500.0
+T = np.arange(SAMPLES) / RATE_HZ
+
+
+def _leaves(*residuals: np.ndarray) -> SimpleNamespace:
+    """As much of a proof as is asked: what its model leaves of each run."""
+    records = [SimpleNamespace(force_n=np.full(SAMPLES, FORCE_N)) for _ in residuals]
+    model = SimpleNamespace(residuals=lambda _: list(residuals), records=records)
+    whole = float(np.mean(np.concatenate(residuals) ** 2))
+    return SimpleNamespace(fit=SimpleNamespace(model=model, theta=None), mean_square=whole)
+
+
+def _noise(seed: int) -> list[np.ndarray]:
+    random = np.random.default_rng(seed)
+    return [random.normal(0.0, NOISE_N, SAMPLES) for _ in range(RUNS)]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_white_noise_is_quiet(seed):
+    assert is_quiet(_leaves(*_noise(seed)))
+
+
+@pytest.mark.parametrize(
+    "force",
+    [0.3 * NOISE_N * np.ones(SAMPLES), 0.45 * NOISE_N * np.sin(2.0 * np.pi * 3.0 * T),
+     2.0 * NOISE_N * (np.sin(2.0 * np.pi * 2.0 * T) > 0.97)],
+    ids=["constant", "sine", "stop"],
+)  # fmt: skip
+def test_a_force_that_could_be_named_is_not(force):
+    for seed in range(5):
+        assert not is_quiet(_leaves(*(one + force for one in _noise(seed))))
+
+
+def test_noise_that_remembers_is_not_told_from_a_force():
+    random = np.random.default_rng(1)
+    assert not is_quiet(_leaves(*(coloured(random, SAMPLES, NOISE_N, 0.8) for _ in range(RUNS))))
+
+
+def test_a_run_too_short_to_tell_is_not():
+    assert not is_quiet(_leaves(*(one[:40] for one in _noise(1))))
