@@ -72,6 +72,20 @@ def diagnose(
     report(0.05, "base model")
     base = evidence.base(known, values)
     evidence = evidence.steadied(base.fit)
+    search = partial(_mended, known=known, report=report)
+    sharp = evidence.sharpened(base.fit)
+    if sharp is evidence:
+        found = search(evidence, base)
+    else:
+        found = search(sharp, sharp.base(known, base.fit.effect_values, base.fit))
+        if found.verdict != "none":  # what is missing may have seemed to be smoothed away
+            found = _better(search(evidence, base), found)
+    report(1.0, found.verdict)
+    return replace(found, seconds=time.monotonic() - began)
+
+
+def _mended(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Report) -> Diagnosis:
+    """The diagnosis of runs without their own zeros, their currents in time, as far as a base shows these."""
     search = partial(_diagnosed, base=base, known=known, report=report)
     zeroed = evidence.zeroed(base.fit)
     if zeroed is evidence:  # a worse valley may hide them
@@ -86,8 +100,7 @@ def diagnose(
     if zeroed is not evidence and (found.found or found.verdict == "unexplained"):
         # What is missing may have seemed to be the runs' own zeros.
         found = _better(search(evidence), found)
-    report(1.0, found.verdict)
-    return replace(found, seconds=time.monotonic() - began)
+    return found
 
 
 def _never_back(report: Report) -> Report:

@@ -16,6 +16,7 @@ from mrctl.discover.channels.load_cell import LoadCell
 from mrctl.discover.channels.run_gains import run_gains
 from mrctl.discover.channels.run_zeros import run_zeros
 from mrctl.discover.channels.runs_own import RunsOwn
+from mrctl.discover.channels.sharpened import Smoothing, smoothing_of
 from mrctl.discover.channels.step_times import timed, without_steps
 from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
 from mrctl.discover.fits.folds import folds_of
@@ -62,6 +63,7 @@ class Evidence:
     motion_noise: Spectrum | None
     cell: LoadCell  # taken off the runs' forces
     current_late_s: float = 0.0  # taken off the current's clock
+    smoothing: Smoothing | None = None  # of the velocities, that was undone
     centres_m: tuple[float, ...] = ()  # by how much strokes that were integrated were moved, by record
 
     @classmethod
@@ -99,7 +101,12 @@ class Evidence:
     ) -> Evidence:
         """The same campaign's evidence from other versions of its records."""
         anew = self._of(self.campaign, measured, self.floors, self.motion_noise, self.cell, timing)
-        return replace(anew, current_late_s=self.current_late_s, centres_m=self.centres_m)
+        return replace(
+            anew,
+            current_late_s=self.current_late_s,
+            smoothing=self.smoothing,
+            centres_m=self.centres_m,
+        )
 
     def steadied(self, fit: JointFit) -> Evidence:
         """The same, without the motion's noise where a fit shows that it is that; itself where none is."""
@@ -107,6 +114,15 @@ class Evidence:
         if all(a is b for a, b in zip(quiet, self.measured, strict=True)):
             return self
         return self._with(quiet)
+
+    def sharpened(self, fit: JointFit) -> Evidence:
+        """The same, with what a base's fit shows that a filter took off the velocities; itself if none."""
+        spectrum = self.motion_noise
+        smoothing = smoothing_of(fit, spectrum, partial(fitted_to, fit=fit))
+        if smoothing is None or spectrum is None:
+            return self
+        sharp = self._with([smoothing.undone(r, spectrum) for r in self.measured])
+        return replace(sharp, smoothing=smoothing)
 
     def zeroed(self, fit: JointFit) -> Evidence:
         """The same, without each run's own zero of the load cell as a fit sees it; itself if it has none.

@@ -51,21 +51,31 @@ def steadied(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | None
     return found
 
 
+def clear_band(record: Record, spectrum: Spectrum) -> tuple[Array, Array]:
+    """Frequencies in Hz, and what passes of a record's motion as far as it stands out of its noise."""
+    f, lines, noise = _lines(record, spectrum)
+    clear = np.flatnonzero(_smooth(lines, EDGE_WIDTH_HZ, record) > CLEAR * noise)
+    edge = MARGIN * float(f[clear[-1]]) + EDGE_WIDTH_HZ if clear.size else float(f[-1])
+    return f, np.clip((SLOPE * edge - f) / ((SLOPE - 1.0) * edge), 0.0, 1.0)
+
+
 def _shares(record: Record, spectrum: Spectrum) -> list[tuple[Array, Array]]:
     """What may pass of a record's motion, by frequency in Hz: a band with an edge; Wiener's filter."""
-    n, rate = len(record), record.rate_hz
-    lines = periodogram(record.velocity_m_s) * (2.0 / rate)
-    f = np.asarray(np.fft.rfftfreq(n, 1.0 / rate), dtype=np.float64)
-    noise = level_at(f, *spectrum)
+    f, lines, noise = _lines(record, spectrum)
+    density = np.maximum(_smooth(lines, WIENER_WIDTH_HZ, record), 1e-300)
+    return [clear_band(record, spectrum), (f, np.clip(1.0 - noise / density, 0.0, 1.0))]
 
-    def density(width_hz: float) -> Array:
-        return np.asarray(uniform_filter1d(lines, max(3, round(width_hz * n / rate)), mode="nearest"))
 
-    clear = np.flatnonzero(density(EDGE_WIDTH_HZ) > CLEAR * noise)
-    edge = MARGIN * float(f[clear[-1]]) + EDGE_WIDTH_HZ if clear.size else float(f[-1])
-    band = np.clip((SLOPE * edge - f) / ((SLOPE - 1.0) * edge), 0.0, 1.0)
-    wiener = np.clip(1.0 - noise / np.maximum(density(WIENER_WIDTH_HZ), 1e-300), 0.0, 1.0)
-    return [(f, band), (f, wiener)]
+def _lines(record: Record, spectrum: Spectrum) -> tuple[Array, Array, Array]:
+    """Frequencies in Hz, the density of a record's velocity there, and its noise's, in (m/s)²/Hz."""
+    lines = periodogram(record.velocity_m_s) * (2.0 / record.rate_hz)
+    f = np.asarray(np.fft.rfftfreq(len(record), 1.0 / record.rate_hz), dtype=np.float64)
+    return f, lines, level_at(f, *spectrum)
+
+
+def _smooth(lines: Array, width_hz: float, record: Record) -> Array:
+    size = max(3, round(width_hz * len(record) / record.rate_hz))
+    return np.asarray(uniform_filter1d(lines, size, mode="nearest"))
 
 
 def _steadied(record: Record, passed: tuple[Array, Array]) -> Record:

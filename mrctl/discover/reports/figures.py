@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from mrctl.model.effects.card import card
 Array = NDArray[np.float64]
 
 MOST_COURSES = 3
+LOST = 0.03  # of a motion, that tells how far a velocity was smoothed
 
 
 def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
@@ -79,6 +81,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             "gains": _by_run(d, d.evidence.cell.gains.tolist()),
             "strokes_moved_m": _by_run(d, d.evidence.centres_m),
             "current_late_s": d.evidence.current_late_s,
+            "velocity_smoothed": None if d.evidence.smoothing is None else asdict(d.evidence.smoothing),
         },
         "not_constant": [
             {"effect": c.effect, "signal": c.signal, "where_high": c.where_high, "error": c.error}
@@ -257,4 +260,7 @@ def _channel_words(d: Diagnosis) -> str:
         words += f" The stroke, integrated, has another zero in {len(far)} runs, by up to {span}: taken so."
     if d.evidence.current_late_s:
         words += f" The current was written {1e3 * d.evidence.current_late_s:.2g} ms late: taken as earlier."
+    if d.evidence.smoothing is not None:
+        lost_hz = d.evidence.smoothing.frequency_hz(LOST)
+        words += f" The velocity was smoothed, {100.0 * LOST:.0f} % of it gone at {lost_hz:.3g} Hz: put back."
     return words
