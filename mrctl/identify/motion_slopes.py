@@ -29,6 +29,7 @@ STROKE_STEP_M = 1e-6
 class Motion:
     """How a run's forces move with the piston's motion, which moves with the damper's force."""
 
+    tables: StaticTables
     here: Trace
     settings: Settings
     filter: Array  # H's parameters
@@ -53,6 +54,7 @@ class Motion:
         above, below = stages.shape(v + dv, tables), stages.shape(v - dv, tables)
         static = here.level_n * here.shape
         return cls(
+            tables,
             here,
             settings,
             filter_,
@@ -105,7 +107,9 @@ class Motion:
         rest_of = run.acceleration_m_s2, here.current_a, here.temperature_c
         signals = here.velocity_m_s, here.displacement_m, *rest_of
         beside, on_rod = (
-            additive_slopes(chosen, signals, run.dt_s, run.starts, v, x, factor) if chosen else 0.0
+            additive_slopes(chosen, signals, self.tables, run.dt_s, run.starts, v, x, factor)
+            if chosen
+            else 0.0
             for chosen in (added, rod)
         )
         return base.averaged(force, factor), beside, on_rod

@@ -17,6 +17,7 @@ from mrctl.identify.effects_fit import Dampers, Effects
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.motion_slopes import SLOPE_STEP, Motion
 from mrctl.model.effects.base import Settings, Stage
+from mrctl.model.static import StaticTables
 from mrctl.simulate import Run, Trace
 from mrctl.simulate.output_slopes import output_slopes
 from mrctl.simulate.step_slopes import limit_slopes, yield_slopes
@@ -57,7 +58,9 @@ def linearise(
     if settings[Stage.YIELD] and not by_differences:
         level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), inner)
         signals = mean(here.static_n), v, x, mean(here.level_n)
-        slopes.static[:] = yield_slopes(settings[Stage.YIELD], signals, dt, starts, slopes.static, level_rows)
+        slopes.static[:] = yield_slopes(
+            settings[Stage.YIELD], signals, dampers.static(run), dt, starts, slopes.static, level_rows
+        )
     rod: Array | None = None
     if bends:
         bare = base.slope_rows(inputs, layout, t).static
@@ -65,6 +68,7 @@ def linearise(
         slopes.static[:], beside, on_rod = by_motion.of_tables(bare, gain, inner)
         bent, bent_beside, bent_on_rod = by_motion.of_filter(inner)
     coarse = hysteresis.discretise(t.filter, 1.0 / dt)
+    before = slopes.static.copy() if settings[Stage.LIMIT] else None
     filtering.filter_rows(*coarse, slopes.static, starts)
     slopes.add_filter(t, rate, here.yielded_n, here.filtered_n, run.starts)
     if bends:
@@ -75,7 +79,10 @@ def linearise(
         rod[: slopes.static.shape[0]] = on_rod
         rod[slopes.static.shape[0] :] = bent_on_rod
     if (settings[Stage.LIMIT] or settings[Stage.OUTPUT] or bends) and not by_differences:
-        slopes.values[:] = _behind_the_sum(settings, here, mean, (v, x), dt, starts, slopes.values, rod)
+        limited = dampers.static(run), before
+        slopes.values[:] = _behind_the_sum(
+            settings, here, mean, (v, x), dt, starts, slopes.values, rod, limited
+        )
     rows = slopes.in_blocks(factor // inner, effects.size, picked=picked)
 
     def weighed(force: Array) -> Array:
@@ -120,16 +127,20 @@ def _behind_the_sum(
     starts: Ints,
     rows: Array,
     rod: Array | None,
+    limited: tuple[StaticTables, Array | None],
 ) -> Array:
     """The slopes behind what limits the fluid's force, what pulls at the rod, and what measures both.
 
     mean: of the trace's arrays to the rows' rate; motion: v and x at that; rod: the slopes of what pulls at
-    the rod, None where nothing moves it.
+    the rod, None where nothing moves it; limited: what a limit needs, the tables and the slopes of what goes
+    into H.
     """
     limit, output = settings[Stage.LIMIT], settings[Stage.OUTPUT]
-    if limit:
-        signals = mean(here.sum_n), *motion, mean(here.temperature_c)
-        rows = limit_slopes(limit, signals, dt_s, starts, rows)
+    tables, before = limited
+    if limit and before is not None:
+        rest = mean(here.temperature_c), mean(here.yielded_n), mean(here.level_n)
+        signals = mean(here.sum_n), *motion, *rest
+        rows = limit_slopes(limit, signals, tables, dt_s, starts, rows, before)
     if rod is not None:
         rows = rows + rod
     if not output:

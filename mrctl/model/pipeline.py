@@ -69,12 +69,12 @@ class ForwardPipeline:
         """The damper's force in N at this sample, as a sensor reports it."""
         stages, dt = self._stages, self._dt_s
         a = self._acceleration.next(velocity_m_s, acceleration_m_s2)
-        back, v, x, i, warm = self._backbone(velocity_m_s, current_a, temperature_c, displacement_m)
+        back, v, x, i, warm, level = self._backbone(velocity_m_s, current_a, temperature_c, displacement_m)
         force = iir_step(self._coefficients, self._state, back)
         for one in stages.additive:
             force += one.next(v, x, a, i, warm, dt)
         for one in stages.limit:
-            force = one.next(force, v, x, warm, dt)
+            force = one.next(force, v, x, warm, back, level, self._static, dt)
         for one in stages.rod:
             force += one.next(v, x, a, i, warm, dt)
         for one in stages.output:
@@ -83,8 +83,8 @@ class ForwardPipeline:
 
     def _backbone(
         self, v: float, i: float, temperature_c: float, x: float
-    ) -> tuple[float, float, float, float, float]:
-        """The static force, and the piston's velocity and displacement, field current and temperature."""
+    ) -> tuple[float, float, float, float, float, float]:
+        """The static force; the piston's velocity and displacement, field current, temperature; and f h."""
         stages, t, dt = self._stages, self._static, self._dt_s
         for one in stages.current:
             i = one.next(i, dt)
@@ -95,7 +95,7 @@ class ForwardPipeline:
             back *= one.next(v, x, i, warm, dt)
         for one in stages.yielding:
             back = one.next(back, v, x, level, dt)
-        return back, v, x, i, warm
+        return back, v, x, i, warm, level
 
 
 class InversePipeline(InverseModel):
@@ -151,16 +151,16 @@ class InversePipeline(InverseModel):
             velocity_m_s, displacement_m, field, temperature_c, t, self._lag, dt
         )
         wish = force_wish_n
+        level, g = force_level(field, warm, t), interpolate(v, t.velocity_m_s, t.shape)
         for one in reversed(stages.output):
             wish = one.input_for(wish, wish, dt)
         for one in stages.rod:
             wish -= one.next(v, x, a, field, warm, dt)
         for one in reversed(stages.limit):
-            wish = one.input_for(wish, wish, v, x, warm, dt)
+            wish = one.input_for(wish, wish, v, x, warm, level * g, level, t, dt)
         for one in stages.additive:
             wish -= one.next(v, x, a, field, warm, dt)
         back = self.backbone_wish(wish)
-        level, g = force_level(field, warm, t), interpolate(v, t.velocity_m_s, t.shape)
         for one in reversed(stages.yielding):
             back = one.input_for(back, level * g, v, x, level, dt)
         field += self.authority(g) * (self._exact_field(back, g, v, x, warm) - field)

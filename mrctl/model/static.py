@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 from mrctl.model.tables import interpolate
 
+SMALLEST = 1e-9  # of g, at the end of its table
+
 
 class StaticTables(NamedTuple):
     """Tables of the separable model; build with `static_tables`, which adds the two derived ones."""
@@ -81,6 +83,20 @@ def force_level(current_a: float, temperature_c: float, t: StaticTables) -> floa
 def backbone_force(velocity_m_s: float, current_a: float, temperature_c: float, t: StaticTables) -> float:
     """The static force in N, f(i) g(v) h(i, T) (Eq. 5.2)."""
     return force_level(current_a, temperature_c, t) * interpolate(velocity_m_s, t.velocity_m_s, t.shape)
+
+
+def compression_speed(share: float, t: StaticTables) -> float:
+    """The speed in m/s in compression at which g is minus a share (> 0); past its table, in proportion."""
+    knots, shape = t.velocity_m_s, t.shape
+    k = len(knots) - 1
+    while k > 0 and knots[k] > 0.0:
+        k -= 1
+    while k > 0 and shape[k - 1] > -share:
+        k -= 1
+    if k == 0:
+        return knots[0] * share / min(shape[0], -SMALLEST)
+    part = (shape[k] + share) / (shape[k] - shape[k - 1])
+    return part * (knots[k] - knots[k - 1]) - knots[k]
 
 
 def transition_increases(t: StaticTables) -> bool:

@@ -100,6 +100,23 @@ def _bent(step: Step) -> Step:
     return loop
 
 
+def _limited(step: Step) -> Step:
+    def loop(
+        p: P, s: Array, starts: Ints, force_n: Array, velocity_m_s: Array, displacement_m: Array,
+        temperature_c: Array, static_n: Array, level_n: Array, tables: StaticTables, dt_s: float, out: Array,
+    ) -> None:  # fmt: skip
+        t = borrowed(tables)
+        for j in range(starts.size - 1):
+            own = s[j]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(
+                    p, own, force_n[k], velocity_m_s[k], displacement_m[k], temperature_c[k], static_n[k],
+                    level_n[k], t, dt_s,
+                )  # fmt: skip
+
+    return loop
+
+
 def _additive(step: Step) -> Step:
     def loop(
         p: P, s: Array, starts: Ints, velocity_m_s: Array, displacement_m: Array, acceleration_m_s2: Array,
@@ -187,14 +204,17 @@ def peaks(call: Step) -> Step:
     `call` is one of CALLS, `signals` (q, n) what it takes.
     """
 
-    def loop(p: P, s: Array, starts: Ints, signals: Array, dt_s: float, out: Array) -> None:
+    def loop(
+        p: P, s: Array, starts: Ints, signals: Array, tables: StaticTables, dt_s: float, out: Array
+    ) -> None:  # fmt: skip
+        t = borrowed(tables)
         u = np.empty(signals.shape[0])
         for j in range(starts.size - 1):
             own = s[j]
             for k in range(starts[j], starts[j + 1]):
                 for q in range(u.size):
                     u[q] = signals[q, k]
-                call(p, own, u, dt_s)
+                call(p, own, u, t, dt_s)
                 for i in range(own.size):
                     out[i] = max(out[i], abs(own[i]))
 
@@ -210,8 +230,10 @@ def slopes(call: Step) -> Step:
     """
 
     def loop(
-        p: P, s: Array, starts: Ints, signals: Array, dt_s: float, of: Ints, small: Array, out: Array
+        p: P, s: Array, starts: Ints, signals: Array, tables: StaticTables, dt_s: float, of: Ints,
+        small: Array, out: Array,
     ) -> None:  # fmt: skip
+        t = borrowed(tables)
         before, there = np.empty(s.shape[1]), np.empty(s.shape[1])
         u = np.empty(signals.shape[0])
         for j in range(starts.size - 1):
@@ -220,14 +242,14 @@ def slopes(call: Step) -> Step:
                 for q in range(u.size):
                     u[q] = signals[q, k]
                 before[:] = own
-                here = call(p, own, u, dt_s)
+                here = call(p, own, u, t, dt_s)
                 for c in range(small.size):
                     there[:] = before
                     if c < of.size:
                         u[of[c]] += small[c]
                     else:
                         there[c - of.size] += small[c]
-                    moved = call(p, there, u, dt_s)
+                    moved = call(p, there, u, t, dt_s)
                     if c < of.size:
                         u[of[c]] = signals[of[c], k]
                     out[k, 0, c] = (moved - here) / small[c]
@@ -325,22 +347,30 @@ LOOPS: Mapping[Stage, LoopOf] = {
     Stage.FACTOR: _factor,
     Stage.YIELD: _bent,
     Stage.ADDITIVE: _additive,
-    Stage.LIMIT: _bent,
+    Stage.LIMIT: _limited,
     Stage.ROD: _additive,
     Stage.OUTPUT: _output,
 }
 
 
 def _of_bent(step: Step) -> Step:
-    def call(p: P, s: Array, u: Array, dt_s: float) -> float:
+    def call(p: P, s: Array, u: Array, tables: StaticTables, dt_s: float) -> float:  # noqa: ARG001 - as all
         force: float = step(p, s, u[0], u[1], u[2], u[3], dt_s)
         return force
 
     return call
 
 
+def _of_limited(step: Step) -> Step:
+    def call(p: P, s: Array, u: Array, tables: StaticTables, dt_s: float) -> float:
+        force: float = step(p, s, u[0], u[1], u[2], u[3], u[4], u[5], tables, dt_s)
+        return force
+
+    return call
+
+
 def _of_additive(step: Step) -> Step:
-    def call(p: P, s: Array, u: Array, dt_s: float) -> float:
+    def call(p: P, s: Array, u: Array, tables: StaticTables, dt_s: float) -> float:  # noqa: ARG001 - as all
         force: float = step(p, s, u[0], u[1], u[2], u[3], u[4], dt_s)
         return force
 
@@ -351,6 +381,6 @@ def _of_additive(step: Step) -> Step:
 CALLS: Mapping[Stage, LoopOf] = {
     Stage.YIELD: _of_bent,
     Stage.ADDITIVE: _of_additive,
-    Stage.LIMIT: _of_bent,
+    Stage.LIMIT: _of_limited,
     Stage.ROD: _of_additive,
 }

@@ -169,13 +169,16 @@ def limited(
     velocity_m_s: Array,
     displacement_m: Array,
     temperature_c: Array,
+    static_n: Array,
+    level_n: Array,
+    tables: StaticTables,
     dt_s: float,
     starts: Ints | None = None,
 ) -> Array:
     """The force in N that can build up in the fluid."""
     for effect, p in chosen:
-        inputs = force_n, velocity_m_s, displacement_m, temperature_c
-        force_n = _through(effect, p, starts, inputs, (dt_s,))
+        inputs = force_n, velocity_m_s, displacement_m, temperature_c, static_n, level_n
+        force_n = _through(effect, p, starts, inputs, (tables, dt_s))
     return force_n
 
 

@@ -12,11 +12,12 @@ from functools import cache
 import numpy as np
 
 from mrctl.model.effects.base import Effect, Stage, Step, Vector
+from mrctl.model.static import StaticTables
 from mrctl.simulate import loops
 from mrctl.simulate.carried import carried, heard
 from mrctl.simulate.compiled import compiled, divided
 from mrctl.simulate.run import Array, Ints
-from mrctl.simulate.stages import Chosen, limited, yielding
+from mrctl.simulate.stages import Chosen, array_tables, limited, yielding
 
 STEP = 1e-6  # of the RMS of a signal, and of a state's largest value; ...
 LEAST = 1e-9  # ... but no less than this: in what stands still a difference would be rounding
@@ -25,6 +26,7 @@ LEAST = 1e-9  # ... but no less than this: in what stands still a difference wou
 def yield_slopes(
     chosen: Chosen,
     signals: tuple[Array, Array, Array, Array],
+    tables: StaticTables,
     dt_s: float,
     starts: Ints,
     rows: Array,
@@ -38,27 +40,35 @@ def yield_slopes(
     for place, (effect, p) in enumerate(chosen):
         if place:
             signals = yielding([chosen[place - 1]], *signals, dt_s, starts), *signals[1:]
-        rows = _through(effect, p, signals, (0, 3), dt_s, starts, rows, level_rows)
+        rows = _through(effect, p, signals, (0, 3), (tables, dt_s), starts, rows, level_rows)
     return rows
 
 
 def limit_slopes(
-    chosen: Chosen, signals: tuple[Array, Array, Array, Array], dt_s: float, starts: Ints, rows: Array
+    chosen: Chosen,
+    signals: tuple[Array, Array, Array, Array, Array, Array],
+    tables: StaticTables,
+    dt_s: float,
+    starts: Ints,
+    rows: Array,
+    static_rows: Array,
 ) -> Array:
     """The changes of the force (m, n) behind the limits, by those before them.
 
-    signals: force, velocity, displacement and temperature, (n) each.
+    signals: force, velocity, displacement, temperature, static force and level, (n) each; static_rows (l, n):
+    the changes of the static force, of which the first ones of rows come. The level stays as it is.
     """
     for place, (effect, p) in enumerate(chosen):
         if place:
-            signals = limited([chosen[place - 1]], *signals, dt_s, starts), *signals[1:]
-        rows = _through(effect, p, signals, (0, 1), dt_s, starts, rows)  # the velocity stays as it is
+            signals = limited([chosen[place - 1]], *signals, tables, dt_s, starts), *signals[1:]
+        rows = _through(effect, p, signals, (0, 4), (tables, dt_s), starts, rows, static_rows)
     return rows
 
 
 def additive_slopes(
     chosen: Chosen,
     signals: tuple[Array, Array, Array, Array, Array],
+    tables: StaticTables,
     dt_s: float,
     starts: Ints,
     velocity_rows: Array,
@@ -72,7 +82,8 @@ def additive_slopes(
     """
     total = np.zeros((velocity_rows.shape[0], velocity_rows.shape[1] // factor))
     for effect, p in chosen:
-        total += _through(effect, p, signals, (0, 1), dt_s, starts, velocity_rows, displacement_rows, factor)
+        rest = tables, dt_s
+        total += _through(effect, p, signals, (0, 1), rest, starts, velocity_rows, displacement_rows, factor)
     return total
 
 
@@ -81,7 +92,7 @@ def _through(
     p: Vector,
     signals: Sequence[Array],
     of: tuple[int, int],
-    dt_s: float,
+    rest: tuple[StaticTables, float],
     starts: Ints,
     rows: Array,
     beside: Array | None = None,
@@ -89,7 +100,7 @@ def _through(
 ) -> Array:
     """What changes of two of an effect's signals, those at the places `of`, make of its force."""
     try:
-        by, first = heard(*_step_slopes(effect, p, signals, of, dt_s, starts))
+        by, first = heard(*_step_slopes(effect, p, signals, of, rest, starts))
     except ArithmeticError as error:
         raise divided(effect, error) from error
     changed: Array = carried(by, first, starts, rows, beside, factor)[0]
@@ -97,26 +108,32 @@ def _through(
 
 
 def _step_slopes(
-    effect: Effect, p: Vector, signals: Sequence[Array], of: tuple[int, int], dt_s: float, starts: Ints
+    effect: Effect,
+    p: Vector,
+    signals: Sequence[Array],
+    of: tuple[int, int],
+    rest: tuple[StaticTables, float],
+    starts: Ints,
 ) -> tuple[Array, Array]:
     """Slopes of force and states by two signals and the states (n, 1 + k, 2 + k); of first ones (m, k, 2)."""
     firsts = [x[starts[:-1]] for x in signals]
+    beside = rest if effect.stage is Stage.LIMIT else rest[1:]
 
     def initial(place: int = 0, by: float = 0.0) -> Array:
         each = zip(*(x + by * (place == q) for q, x in enumerate(firsts)), strict=True)
-        return np.array([effect.initial(p, *map(float, one), dt_s) for one in each], dtype=np.float64)
+        return np.array([effect.initial(p, *map(float, one), *beside) for one in each], dtype=np.float64)
 
     states = initial().reshape(starts.size - 1, -1)
     size = states.shape[1]
     largest = np.zeros(size)
-    rest = starts, np.stack(signals), dt_s
+    along = starts, np.stack(signals), array_tables(rest[0]), rest[1]
     call = _call(effect.stage, effect.step)
-    compiled(loops.peaks, call, f"{effect.name}_peaks")(p, states.copy(), *rest, largest)
+    compiled(loops.peaks, call, f"{effect.name}_peaks")(p, states.copy(), *along, largest)
     sizes = [*(_size(signals[q]) for q in of), *np.where(largest > 0.0, largest, 1.0)]
     small = np.maximum(STEP * np.array(sizes), LEAST)
     first = [(initial(q, by).reshape(states.shape) - states) / by for q, by in zip(of, small, strict=False)]
     by = np.empty((signals[0].size, 1 + size, 2 + size))
-    compiled(loops.slopes, call, f"{effect.name}_slopes")(p, states, *rest, np.array(of), small, by)
+    compiled(loops.slopes, call, f"{effect.name}_slopes")(p, states, *along, np.array(of), small, by)
     return by, np.stack(first, axis=-1)
 
 

@@ -153,7 +153,9 @@ def trace(
     limited = total
     if le:
         limited = make(
-            Stage.LIMIT, (le, total, v, x, warm), lambda: stages.limited(le, total, v, x, warm, dt, starts)
+            Stage.LIMIT,
+            (le, total, v, x, warm, yielded, level, t.velocity_m_s, t.shape),
+            lambda: stages.limited(le, total, v, x, warm, yielded, level, t, dt, starts),
         )
     whole = limited
     if rod:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from effects.equations import TABLES
 
 from mrctl.model.effects import (
     cavitation,
@@ -67,7 +68,9 @@ def test_a_stop_s_damping_comes_in_with_depth_and_never_pulls(velocity_m_s, forc
 def test_what_cavitates_keeps_a_share_of_its_limit_and_a_knee_of_some_sharpness(p, same):
     p, same = ((*one, *cavitation.EFFECT.neutral[len(one) :]) for one in (p, same))
     assert cavitation.EFFECT.within(p) == p
-    first, second = (cavitation.step(q, [0.0, 0.0, 0.0], -500.0, -0.1, 0.1, 25.0, DT_S) for q in (p, same))
+    first, second = (
+        cavitation.step(q, [0.0] * 4, -500.0, -0.1, 0.1, 25.0, -500.0, 600.0, TABLES, DT_S) for q in (p, same)
+    )
     assert first == pytest.approx(second)
     assert f", at least {cavitation.LEAST_SHARE:g} limit; " in cavitation.EFFECT.equation
     assert f"knee/limit at most {cavitation.SOFTEST:g} there" in cavitation.EFFECT.equation

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effects.equations import TABLES
 
 from mrctl.model.effects.registry import effects
 from mrctl.simulate import stages
@@ -15,6 +16,7 @@ V = 0.2 * np.sin(14.0 * T) + 0.05 * np.sin(90.0 * T + 0.5)
 X = -0.2 / 14.0 * np.cos(14.0 * T)
 TEMPERATURE = 40.0 + 20.0 * T
 FORCE = 900.0 * np.tanh(V / 0.03) + 400.0 * V
+STATIC = 1000.0 * np.tanh(V / 0.05)
 
 
 def _one_by_one(by, first, starts, inputs, beside, factor):
@@ -65,14 +67,19 @@ def _alike(got, want):
     assert np.sqrt(np.mean((got - want) ** 2)) < 1e-3 * np.sqrt(np.mean(want**2))
 
 
-def test_a_change_behind_a_limit_is_that_of_a_small_step():
-    chosen = [(effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3, 3e-3, 0.0, 0.0, 0.0))]
+@pytest.mark.parametrize("held", [0.0, 0.4, 1.0])
+def test_a_change_behind_a_limit_is_that_of_a_small_step(held):
+    chosen = [(effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3, 3e-3, held, 0.0, 2e-3, 0.3, 5.0))]
     rows = np.stack([np.cos(5.0 * T), FORCE / 900.0, *(np.sin(k * T) for k in range(3, 12))])
-    got = limit_slopes(chosen, (FORCE, V, X, TEMPERATURE), DT_S, STARTS, rows)
+    before = np.stack([np.sin(2.0 * T), -FORCE / 600.0, *(np.cos(k * T) for k in range(3, 10))])
+    level = np.full(T.size, 800.0)
+    rest = V, X, TEMPERATURE
+    got = limit_slopes(chosen, (FORCE, *rest, STATIC, level), TABLES, DT_S, STARTS, rows, before)
     small = 1e-3
-    for row, own in zip(rows, got, strict=True):
+    for k, (row, own) in enumerate(zip(rows, got, strict=True)):
+        static = before[k] if k < len(before) else np.zeros(T.size)
         ends = (
-            stages.limited(chosen, FORCE + by * row, V, X, TEMPERATURE, DT_S, STARTS)
+            stages.limited(chosen, FORCE + by * row, *rest, STATIC + by * static, level, TABLES, DT_S, STARTS)
             for by in (small, -small)
         )
         _alike(own, np.subtract(*ends) / (2.0 * small))
@@ -90,7 +97,7 @@ def test_a_change_of_a_force_beside_the_filter_is_that_of_a_small_motion(name, p
     one = effects()[name]
     signals = np.gradient(V, DT_S), np.ones(N), np.full(N, 40.0)
     by_v, by_x = np.cos(5.0 * T)[None], 0.2 * np.sin(5.0 * T)[None]
-    got = additive_slopes([(one, p)], (V, X, *signals), DT_S, STARTS, by_v, by_x, 2)
+    got = additive_slopes([(one, p)], (V, X, *signals), TABLES, DT_S, STARTS, by_v, by_x, 2)
     small = 1e-6
 
     def force(by):
@@ -105,5 +112,5 @@ def test_where_nothing_moves_a_friction_has_no_wild_slopes():
     one = effects()["coulomb_friction"]
     signals = still, np.full(N, 0.02), still, np.zeros(N), np.full(N, 30.0)
     rows = np.ones((1, N))
-    got = additive_slopes([(one, one.typical)], signals, DT_S, STARTS, rows, 0.0 * rows, 1)
+    got = additive_slopes([(one, one.typical)], signals, TABLES, DT_S, STARTS, rows, 0.0 * rows, 1)
     assert np.all(np.abs(got) < 1e9)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effects.equations import TABLES
 
 from mrctl.model.effects.registry import effects
 from mrctl.simulate.stages import yielding
@@ -31,7 +32,7 @@ def test_a_change_behind_the_stage_is_that_of_a_small_step(p, times):
     chosen = [(effects()["preyield_stiffness"], p)] * times
     by_level = 50.0 * np.cos(5.0 * T)
     rows = np.stack([by_level * FORCE / LEVEL, LEVEL / np.cosh(V / 0.03)])
-    carried = yield_slopes(chosen, (FORCE, V, X, LEVEL), DT_S, STARTS, rows, by_level[None])
+    carried = yield_slopes(chosen, (FORCE, V, X, LEVEL), TABLES, DT_S, STARTS, rows, by_level[None])
 
     def stage(small: float, k: int) -> np.ndarray:
         level = LEVEL + small * by_level if k == 0 else LEVEL
@@ -45,4 +46,4 @@ def test_a_change_behind_the_stage_is_that_of_a_small_step(p, times):
 
 def test_without_an_effect_changes_go_through_as_they_are():
     rows = np.ones((2, N))
-    assert yield_slopes([], (FORCE, V, X, LEVEL), DT_S, STARTS, rows, rows[:1]) is rows
+    assert yield_slopes([], (FORCE, V, X, LEVEL), TABLES, DT_S, STARTS, rows, rows[:1]) is rows

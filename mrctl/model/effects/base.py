@@ -8,7 +8,7 @@ Per sample, with the step dt, a damper with effects is
     b  = f(i1) g(v1) h(i1, T1) * factors(v1, x1, i1, T1)
     b1 = yield effects(b, v1, x1, f h)             elasticity before the fluid yields
     F  = H[b1] + sum of additive(v1, x1, a, i1, T1)
-    F  = limit effects(F, v1, x1, T1)              what can build up in the fluid
+    F  = limit effects(F, v1, x1, T1, b1, f h)     what can build up in the fluid
     F  = F + sum of rod(v1, x1, a, i1, T1)         what pulls at the rod beside the fluid
     F  = output effects(F)                         what is measured of it
 
@@ -82,14 +82,17 @@ ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
     Stage.FACTOR: (*_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "dt_s"),
     Stage.YIELD: (*_IN, "force_n", "velocity_m_s", "displacement_m", "level_n", "dt_s"),
     Stage.ADDITIVE: (*_IN, *_FORCES, "dt_s"),
-    Stage.LIMIT: (*_IN, "force_n", "velocity_m_s", "displacement_m", "temperature_c", "dt_s"),
+    Stage.LIMIT: (
+        *_IN, "force_n", "velocity_m_s", "displacement_m", "temperature_c", "static_n", "level_n", "tables",
+        "dt_s",
+    ),
     Stage.ROD: (*_IN, *_FORCES, "dt_s"),
     Stage.OUTPUT: (*_IN, "force_n", "dt_s"),
 }  # fmt: skip
 """The arguments of a stage's `step`.
 
-`level_n` is f(i1) h(i1, T1), the force where g is 1; `tables` are f, g and h (`StaticTables`), `lag` is a
-plain one as long as H's at this step (`plain_lag`).
+`static_n` is b1, what goes into H; `level_n` is f(i1) h(i1, T1), the force where g is 1; `tables` are f, g
+and h (`StaticTables`), `lag` is a plain one as long as H's at this step (`plain_lag`).
 """
 
 UNDONE_BY: Mapping[Stage, frozenset[Undo]] = {
@@ -188,6 +191,11 @@ FORCE_LAG = Parameter(
     optional=True,
 )
 """Of a force that the chamber's compliance lets lag, as the one behind H does."""
+
+FORCE_SWING = Parameter(
+    "swing", "1", 0.0, 0.0, 1.0, 0.0, "how far it follows with a swing, from 0.25 on", 0.3, optional=True
+)
+"""Of a force that fluid's inertia lets swing behind that compliance."""
 
 COMPRESSION_CHANGE = Parameter(
     "compression_change",

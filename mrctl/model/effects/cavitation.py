@@ -5,13 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
-from mrctl.model.lag import lagged
+from mrctl.model.effects.base import (
+    FORCE_LAG,
+    FORCE_SWING,
+    Effect,
+    Parameter,
+    Ranges,
+    Stage,
+    Undo,
+    Vector,
+)
+from mrctl.model.lag import swung
+from mrctl.model.static import StaticTables, compression_speed
 
 NO_LIMIT_N = 1e6
 LEAST_SHARE = 0.1  # of the limit, however far the rod is out
 REFERENCE_C = 25.0  # at which the limit is stated
 LESS = 0.9  # of the largest force, that the largest in compression is where it is limited
+LEAST_N = 1e-3  # of f h, to divide by
 LAG = 9  # its place among the parameters
 SOFTEST = 0.5  # of the limit, that the force at the limit falls short of it
 
@@ -23,42 +34,74 @@ def step(
     velocity_m_s: float,
     displacement_m: float,
     temperature_c: float,
+    static_n: float,
+    level_n: float,
+    tables: StaticTables,
     dt_s: float,
 ) -> float:
-    """The force in N: in compression bent towards the limit, which it nears but does not reach.
+    """The force in N: in compression bent towards the limit, or held at it by an open cavity.
 
-    The gas that holds it up has a higher pressure when it is warm, and the further the rod is in. What the
-    fluid does not follow opens a cavity, which the way back must close first, but for what other flow has
-    filled meanwhile. One that holds the force keeps it at the limit for as long as it is open: vapour on one
-    side and the gas on the other press as before, and fluid follows as fast as it did when the cavity opened.
-    Where another valve leads to the cavity, it closes faster than it opened.
+    What is taken off it comes late where the fluid's own force does. The gas that holds it up has a higher
+    pressure when it is warm, and the further the rod is in.
     """
-    whole_n = force_n
     warmer = 1.0 + p[6] * (temperature_c - REFERENCE_C)
     limit_n = p[0] * max((1.0 - p[4] * displacement_m) * warmer, LEAST_SHARE)
+    taken_n = p[7] * _held(p, s, limit_n, velocity_m_s, static_n, level_n, tables, dt_s)
+    taken_n += (1.0 - p[7]) * (_bent(p, s, limit_n, force_n, velocity_m_s, dt_s) - force_n)
+    lagged_n = swung(taken_n, s[2], s[3], p[9], p[10], dt_s)
+    s[2], s[3] = lagged_n, s[2]
+    return force_n + lagged_n
+
+
+def _bent(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    limit_n: float,
+    force_n: float,
+    velocity_m_s: float,
+    dt_s: float,
+) -> float:
+    """The force in N nears the limit, but does not reach it.
+
+    What fluid does not follow opens a cavity, which the way back must close first, but for what other flow
+    has filled meanwhile; where another valve leads to it, it closes the faster.
+    """
     if force_n < 0.0:
         sharpness = math.log(0.5) / math.log1p(-min(p[1] / p[0], SOFTEST))
         share, most = -force_n / limit_n, 1.0
-        beyond = share >= 1.0
         if share > 1.0:  # no power of what is above 1: it may be beyond all numbers
             share, most = 1.0 / share, 1.0 / share
         most /= math.pow(1.0 + math.pow(share, sharpness), 1.0 / sharpness)
-        # The speed with which fluid follows: less than this one, or more.
-        s[1] = min(s[1], abs(velocity_m_s)) if beyond else max(s[1], -velocity_m_s)
-        opens = (1.0 - p[5]) * abs(velocity_m_s) * (1.0 - most)
-        opens += p[7] * (-velocity_m_s - s[1] - opens)
-        opens -= p[8] if opens < 0.0 else 0.0
-        s[0] = max(0.0, s[0] + opens * dt_s)
+        s[0] += (1.0 - p[5]) * abs(velocity_m_s) * (1.0 - most) * dt_s
         force_n *= most
-        closes = (1.0 - p[7]) * velocity_m_s  # of one that holds the force, it is in `opens`
-    else:
-        closes = velocity_m_s + p[7] * s[1] + p[8]
     if velocity_m_s > 0.0 and s[0] > 0.0:
         force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
-        s[0] = max(0.0, s[0] - closes * dt_s)
-    force_n -= p[7] * s[0] / (s[0] + p[3]) * (limit_n + force_n)
-    s[2] = lagged(force_n - whole_n, s[2], p[9], dt_s)
-    return whole_n + s[2]
+        s[0] = max(0.0, s[0] - (velocity_m_s + p[8]) * dt_s)
+    return force_n
+
+
+def _held(
+    p: Sequence[float],
+    s: MutableSequence[float],
+    limit_n: float,
+    velocity_m_s: float,
+    static_n: float,
+    level_n: float,
+    tables: StaticTables,
+    dt_s: float,
+) -> float:
+    """What is taken off the force in N while a cavity is open.
+
+    Vapour on one side and the gas on the other press as at the limit, and fluid follows as fast as it does
+    at that force, whatever the piston does.
+    """
+    limit_n *= 1.0 + p[11] * s[1]
+    follows = compression_speed(limit_n / max(level_n, LEAST_N), tables)
+    opens = -velocity_m_s - follows
+    if opens < 0.0:
+        opens -= p[8]
+    s[1] = max(0.0, s[1] + opens * dt_s)
+    return -s[1] / (s[1] + p[3]) * (limit_n + static_n)
 
 
 def start(
@@ -67,12 +110,16 @@ def start(
     velocity_m_s: float,
     displacement_m: float,
     temperature_c: float,
+    static_n: float,
+    level_n: float,
+    tables: StaticTables,
     dt_s: float,
 ) -> list[float]:
     """No cavity yet."""
-    at_once, state = (*p[:LAG], 0.0), [0.0, 0.0, 0.0]
-    limited_n = step(at_once, state, force_n, velocity_m_s, displacement_m, temperature_c, dt_s)
-    return [0.0, 0.0, limited_n - force_n]
+    at_once, state = (*p[:LAG], 0.0, 0.0, p[-1]), [0.0, 0.0, 0.0, 0.0]
+    now = velocity_m_s, displacement_m, temperature_c, static_n, level_n, tables, dt_s
+    taken_n = step(at_once, state, force_n, *now) - force_n
+    return [0.0, 0.0, taken_n, taken_n]
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
@@ -82,7 +129,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
     shares = (1.0, 0.95, 0.85, 0.7)
     bent: list[Vector] = [
-        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0, 0.0, 0.0)
+        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         for loss, rise in kinds
         for share in shares
     ]
@@ -91,7 +138,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
 
 def _holding(limit_n: float, rise_per_m: float) -> Vector:
     """A sharp limit at which an open cavity holds the force."""
-    return limit_n, 0.005 * limit_n, 0.0, 5e-4, rise_per_m, 0.0, 0.0, 1.0, 0.0, 0.0
+    return limit_n, 0.005 * limit_n, 0.0, 1e-4, rise_per_m, 0.0, 0.0, 1.0, 0.0, 2e-3, 0.3, 0.0
 
 
 def _far(ranges: Ranges) -> list[Vector]:
@@ -112,8 +159,9 @@ EFFECT = Effect(
         f"n = log(1/2) / log(1 - knee/limit), knee/limit at most {SOFTEST:g} there; "
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), less v on the way back "
         "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
-        "y/(y + closing) to -limit' while y > 0, and dy/dt to -v - v1, v1 the speed at which it opened; "
-        "leak closes it besides, while it does; what all this takes off F comes with lag"
+        "y/(y + closing) to -limit' (1 + firming y) while y > 0, with dy/dt = -v - v1, where b1 would be "
+        "that at v1; leak closes it besides, while it does; what this takes off F (of b1 where held) comes "
+        "by swing lag^2 d2/dt2 + lag d/dt + 1"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
@@ -171,6 +219,18 @@ EFFECT = Effect(
             "leak_m_s", "m/s", 0.0, 0.0, 1.0, 0.0, "speed at which other flow closes it", 0.1, optional=True
         ),
         FORCE_LAG,
+        FORCE_SWING,
+        Parameter(
+            "firming_per_m",
+            "1/m",
+            0.0,
+            0.0,
+            50.0,
+            0.0,
+            "growth of the limit with the cavity that holds it",
+            3.0,
+            optional=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"stroke", "velocity"}),
@@ -179,5 +239,5 @@ EFFECT = Effect(
     guesses=_guesses,
     far=_far,
     start=start,
-    states=("cavity, m", "speed at which it opened, m/s", "taken off the force, N"),
+    states=("cavity, m", "cavity that holds, m", "taken off the force, N", "taken off before, N"),
 )

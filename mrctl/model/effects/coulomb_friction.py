@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, MutableSequence, Sequence
 
-from mrctl.model.effects.base import FORCE_LAG, Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.effects.base import FORCE_LAG, FORCE_SWING, Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.lag import swung
 
 REST_M_S = 2e-3  # well below it
@@ -137,17 +137,7 @@ EFFECT = Effect(
             optional=True,
         ),
         FORCE_LAG,
-        Parameter(
-            "swing",
-            "1",
-            0.0,
-            0.0,
-            1.0,
-            0.0,
-            "how far it follows with a swing, from 0.25 on",
-            0.3,
-            optional=True,
-        ),
+        FORCE_SWING,
     ),
     step=step,
     shape_over=frozenset({"velocity"}),
