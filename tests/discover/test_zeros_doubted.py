@@ -1,4 +1,4 @@
-"""What is missing may have seemed to be the runs' own zeros: then the runs as measured are diagnosed too."""
+"""What is missing may have seemed to be the runs' own zeros, or a smoothing: then runs as measured count too."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from mrctl.discover.evidence import Evidence
 
 
 class _Evidence:
-    """Evidence whose runs a base sees zeros in, or not."""
+    """Evidence in whose runs a base sees zeros, or that their velocities were smoothed, or neither."""
 
-    def __init__(self, *, zeros: bool):
-        self.taken = _Evidence(zeros=False) if zeros else self
+    def __init__(self, *, zeros: bool = False, smoothed: bool = False):
+        self.taken = _Evidence() if zeros else self
+        self.sharp = _Evidence() if smoothed else self
 
     def sized(self, known):
         return known
@@ -26,6 +27,9 @@ class _Evidence:
 
     def steadied(self, _):
         return self
+
+    def sharpened(self, _):
+        return self.sharp
 
     def zeroed(self, _):
         return self.taken
@@ -83,9 +87,30 @@ def test_the_better_explanation_counts(monkeypatch, zeroed, plain, better):
     assert shares[-1] == 1.0
 
 
+@pytest.mark.parametrize(
+    ("sharp", "plain", "better"),
+    [
+        (("none", 0, 11.0), None, False),  # all that is missing was smoothed away
+        (("found", 2, 11.0), ("found", 1, 10.0), True),
+        (("found", 1, 11.0), ("unexplained", 1, 15.0), False),
+        (("unexplained", 1, 11.0), ("found", 1, 10.0), True),
+        (("unexplained", 1, 11.0), ("unexplained", 1, 10.0), False),
+    ],
+)
+def test_runs_that_are_not_sharpened_count_where_something_is_missing(monkeypatch, sharp, plain, better):
+    evidence = _Evidence(smoothed=True)
+    said = {evidence.sharp: _diagnosis(*sharp)}
+    if plain is not None:
+        said[evidence] = _diagnosis(*plain)
+    monkeypatch.setattr(module.Evidence, "of", lambda _: evidence)
+    monkeypatch.setattr(module, "_diagnosed", lambda e, **_: said[e])
+    told = module.diagnose(None)
+    assert told.balance is said[evidence if better else evidence.sharp].balance
+
+
 def test_without_zeros_there_is_one_diagnosis(monkeypatch):
     asked = []
-    monkeypatch.setattr(module.Evidence, "of", lambda _: _Evidence(zeros=False))
+    monkeypatch.setattr(module.Evidence, "of", lambda _: _Evidence())
     monkeypatch.setattr(
         module, "_diagnosed", lambda e, **_: asked.append(e) or _diagnosis("unexplained", 1, 11.0)
     )
