@@ -1,4 +1,4 @@
-"""What is missing may have seemed to be the runs' own zeros, or a smoothing: then runs as measured count too."""
+"""What is missing may have seemed to be runs' own zeros, or a smoothing: then runs as measured count too."""
 
 from __future__ import annotations
 
