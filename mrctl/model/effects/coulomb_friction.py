@@ -31,10 +31,11 @@ def step(
     share, before = s[0], s[1]
     if before * velocity_m_s < 0.0:
         turned = before / (before - velocity_m_s)
-        there = _slid(share, 0.5 * before * turned * dt_s / p[1])
-        end = _slid(there, 0.5 * velocity_m_s * (1.0 - turned) * dt_s / p[1])
-        mean = turned * _mean(share, there, 0.5 * before * turned * dt_s / p[1])
-        mean += (1.0 - turned) * _mean(there, end, 0.5 * velocity_m_s * (1.0 - turned) * dt_s / p[1])
+        out = 0.5 * before * turned * dt_s / p[1]
+        back = 0.5 * velocity_m_s * (1.0 - turned) * dt_s / p[1]
+        there = _slid(share, out)
+        end = _slid(there, back)
+        mean = turned * _mean(share, there, out) + (1.0 - turned) * _mean(there, end, back)
     else:
         way = 0.5 * (before + velocity_m_s) * dt_s / p[1]
         end = _slid(share, way)
