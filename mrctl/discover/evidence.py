@@ -244,8 +244,8 @@ class Evidence:
         placed = [e for e in proof.fit.model.effects.chosen if "displacement" in e.needs]
         others = self._beginnings(placed)
         for number in range(PLACINGS if placed and any(unknown) else 0):
-            model, within = proof.fit.model.on(evidence.full), FARTHEST / 2.0**number
-            by_m = stroke_zeros(model, proof.fit.theta, unknown, whole, within)
+            within = FARTHEST / 2.0**number
+            by_m = stroke_zeros(proof.fit.model, proof.fit.theta, unknown, whole, within)
             if not by_m.any():
                 break
             centres_m = np.array(evidence.centres_m or np.zeros(len(unknown))) + np.abs(by_m).sum(axis=1)

@@ -11,7 +11,7 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import grown
 from mrctl.discover.fits.screen import Screen
 from mrctl.discover.fits.tangent import Tangent
-from mrctl.discover.search import looks as module
+from mrctl.discover.search.far_looks import far_looks, winds
 from mrctl.measurements.run import Campaign, Run
 from mrctl.model.effects.registry import effect
 
@@ -49,15 +49,14 @@ def _campaign(warming: float) -> Campaign:
     return Campaign(Path("warm"), tuple(runs), "0" * 64)
 
 
-def _look(warming: float):
+def _looks(warming: float):
     tangent = Tangent.of(Evidence.of(_campaign(warming)).base().fit)
-    screen = Screen(tangent)
-    return tangent, module._far_look(screen, effect("self_heating"))
+    return tangent, far_looks(Screen(tangent), [effect("self_heating")], best=0.0)
 
 
 def test_a_warmth_for_which_the_base_bent_its_h_is_seen():
-    tangent, look = _look(1.0)
-    assert module.winds(tangent.fit)
+    tangent, (look,) = _looks(1.0)
+    assert winds(tangent.fit)
     assert look.gain > 0.5 * float(tangent.residual @ tangent.residual)
     fit = grown(tangent, look)
     assert fit.total < 0.4 * tangent.fit.total
@@ -68,10 +67,10 @@ def test_a_campaign_at_one_temperature_has_no_h_to_wind():
     case_c = 15.3  # whose mean rounds to more than itself
     runs = [replace(r, temperature_c=np.full(r.temperature_c.size, case_c)) for r in _campaign(0.0).runs[:2]]
     tangent = Tangent.of(Evidence.of(Campaign(Path("steady"), tuple(runs), "0" * 64)).base().fit)
-    assert not module.winds(tangent.fit)
+    assert not winds(tangent.fit)
 
 
 def test_where_nothing_warms_h_does_not_wind_and_the_far_look_is_spared():
-    tangent, look = _look(0.0)
-    assert not module.winds(tangent.fit)
-    assert look is None
+    tangent, found = _looks(0.0)
+    assert not winds(tangent.fit)
+    assert not found

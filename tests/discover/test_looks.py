@@ -17,15 +17,17 @@ class _Screen:
     gains: dict
     asked: list
 
+    tangent = SimpleNamespace(frozen=True, fit=None)
+
     def __init__(self, *_):
         pass
 
     def glance(self, _):
         return PROMISES[::-1]
 
-    def climb(self, _, start):
+    def climb(self, effect, start):
         self.asked.append(start)
-        return SimpleNamespace(gain=self.gains[start], start=start)
+        return SimpleNamespace(effect=effect, gain=self.gains[start], start=start)
 
     at = climb
 
@@ -45,7 +47,7 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
     fit = SimpleNamespace(model=SimpleNamespace(records=[], common=[]))
     few = SimpleNamespace(residual=np.ones(4), fit=fit)
     whole = SimpleNamespace(residual=np.ones(4), fit=fit, glance=lambda _: few)
-    (look,) = module.looks(whole, [SimpleNamespace(far=None)])
+    (look,) = module.looks(whole, [SimpleNamespace(name="a", far=None)])
     assert look.gain == best
     assert len(_Screen.asked) == asked
 

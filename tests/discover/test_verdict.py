@@ -194,20 +194,22 @@ def test_an_effect_that_does_worse_on_the_runs_whole_is_not_borne_out(searched_s
 
 
 @pytest.mark.parametrize(
-    ("before", "here", "excess", "rounds", "hopeless"),
+    ("before", "here", "excess", "found", "hopeless"),
     [
-        (100.0, 97.0, 90.0, 3, True),  # 3 taken, at most 27 to come, of 93
-        (100.0, 80.0, 75.0, 3, False),
-        (100.0, 97.0, 0.0, 3, False),  # nothing is left
-        (60.0, 55.0, 50.0, 2, True),  # 45 taken, at most 30 to come, of 95
+        (100.0, 97.0, 90.0, 1, True),  # 3 taken, at most 36 to come, of 93
+        (100.0, 80.0, 75.0, 1, False),
+        (100.0, 97.0, 0.0, 1, False),  # nothing is left
+        (60.0, 55.0, 60.0, 2, True),  # 45 taken, at most 40 to come, of 105
+        (53.0, 50.0, 26.0, 1, False),  # 50 taken, at most 36 to come, of 76, ...
+        (53.0, 50.0, 26.0, 2, True),  # ... 24 by two more, and 98 % must be explained
     ],
 )
 def test_a_search_ends_where_no_more_effects_can_explain_what_is_missing(
-    before, here, excess, rounds, hopeless
+    before, here, excess, found, hopeless
 ):
     evidence = SimpleNamespace(budget=lambda _: SimpleNamespace(excess=excess))
     proofs = (SimpleNamespace(mean_square=m, fit=None) for m in (100.0, before, here))
-    assert _hopeless(evidence, *proofs, rounds) is hopeless
+    assert _hopeless(evidence, *proofs, found) is hopeless
 
 
 @pytest.mark.parametrize(

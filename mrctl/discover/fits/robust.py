@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 HEAVY_TAIL = 1.5  # RMS over the robust scale from which a second opinion is worth its time (Gauss: 1)
 ROUNDS = 8
+STILL = 1e-3  # of the cost, that it changes by in a round which is the last
 FEW, MANY = 6, 20  # iterations: of one round, and where all is known from the start
 WIDTH = 2.5  # robust scales at which a sample counts half
 ALIKE, ALIKE_SHARE = 3, 0.06  # records that stop at the same force, and how alike
@@ -41,12 +42,16 @@ def second_opinions(fit: JointFit) -> list[JointFit]:
 
 def _falling_weights(fit: JointFit) -> JointFit:
     """Cauchy weights, their scale falling with the median error."""
-    model, theta = fit.model, fit.theta
+    model, theta, last = fit.model, fit.theta, np.inf
     for _ in range(ROUNDS):
         errors = [model.weighed(r, e) for e, r in zip(model.errors(theta), model.records, strict=True)]
         width = WIDTH * _scale(np.concatenate(errors))
         trust = [1.0 / np.sqrt(1.0 + (e / width) ** 2) for e in errors]
-        theta = fitted_trusting(fit, theta, trust, FEW).theta
+        other = fitted_trusting(fit, theta, trust, FEW)
+        theta = other.theta
+        if abs(other.total - last) < STILL * last:
+            break
+        last = other.total
     return as_plain(fit, theta)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from itertools import count
 
 from mrctl.discover.evidence import Evidence
@@ -12,7 +13,7 @@ from mrctl.discover.search.exchange import exchanged
 from mrctl.discover.search.levels import Level, Trial, search_level, unsearched
 from mrctl.discover.search.quiet import is_quiet
 from mrctl.discover.search.renewed import renewed
-from mrctl.discover.verdict.judged import EXPLAINED
+from mrctl.discover.verdict.judged import EXPLAINED, MOST_IN_PART, NEARLY_ALL
 from mrctl.discover.verdict.own_delay import is_filters
 from mrctl.discover.verdict.rivals import simplest
 from mrctl.discover.verdict.scales import is_the_rigs
@@ -40,6 +41,7 @@ def rounds_of(
     last: Level | None = None
     gone: set[str] = set()
     most = MOST_EFFECTS
+    rezeroed = cache(Evidence.rezeroed)  # asked for twice of a model beside which a round is searched
     for number in count():
         rest = [c for c in candidates if c.name not in {e.name for e in here.fit.model.effects.chosen}]
         level, good = _round(evidence, here, rest)
@@ -49,7 +51,7 @@ def rounds_of(
         best = _best(evidence, level, good)
         if best is None or number == most:
             break
-        even, clean = evidence.rezeroed(here) if found else (evidence, here)
+        even, clean = rezeroed(evidence, here) if found else (evidence, here)
         if even is not evidence and is_the_rigs(best, clean):
             evidence, here, most = even, clean, most + 1
             continue
@@ -67,11 +69,13 @@ def rounds_of(
             found, last = [*(t for t in found if t is not needless), best], None
             continue
         here, last = settled(best.proof, evidence.folds), level
+        evidence, here = evidence.centred(here)  # else what comes next has to make up for the strokes
         found.append(best)
         if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
             here = renewed(here, [t.effect for t in found], evidence.folds)
-        rounds = most - len(found)
-        if is_quiet(here) or _hopeless(evidence, levels[0].before, level.before, here, rounds):
+        zeroed = rezeroed(evidence, here)
+        evidence, here = zeroed if is_quiet(zeroed[1]) else (evidence, here)
+        if is_quiet(here) or _hopeless(evidence, levels[0].before, level.before, here, len(found)):
             break
     return evidence, levels, found, last, here
 
@@ -88,11 +92,15 @@ def _round(evidence: Evidence, here: Proof, rest: Sequence[Effect]) -> tuple[Lev
     return level, good
 
 
-def _hopeless(evidence: Evidence, base: Proof, before: Proof, here: Proof, rounds: int) -> bool:
-    """Whether so many more effects can't explain what is missing, if none takes much more than the last."""
+def _hopeless(evidence: Evidence, base: Proof, before: Proof, here: Proof, found: int) -> bool:
+    """Whether no more effects can explain what is missing, if none takes much more than the last.
+
+    So many that they are doubted for their number alone must explain nearly all.
+    """
     taken, last = (was.mean_square - here.mean_square for was in (base, before))
     removable = taken + evidence.budget(here.fit).excess
-    return taken + rounds * MUCH_MORE * last < EXPLAINED * removable
+    needed = EXPLAINED if found < MOST_IN_PART else NEARLY_ALL
+    return taken + (MOST_EFFECTS - found) * MUCH_MORE * last < needed * removable
 
 
 def _best(evidence: Evidence, level: Level, good: Sequence[Trial]) -> Trial | None:
