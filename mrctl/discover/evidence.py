@@ -28,6 +28,7 @@ from mrctl.discover.noise.budget import Budget, budget_of
 from mrctl.discover.noise.input_noise import input_noise, steadied
 from mrctl.discover.noise.motion_noise import Spectrum, noise_spectrum
 from mrctl.discover.noise.noise_floor import NoiseFloor, noise_floor
+from mrctl.discover.noise.rest import stilled
 from mrctl.discover.noise.spectral_floor import mean_square
 from mrctl.errors import InputError
 from mrctl.identify.joint_fit import JointFit
@@ -81,7 +82,9 @@ class Evidence:
                 "measure velocity and force in motion",
             )
         floors = in_parallel(lambda r: noise_floor(campaign.runs[r.run]), moving)
-        return cls._of(campaign, moving, floors, noise_spectrum(moving), LoadCell.true(len(moving)))
+        noise = noise_spectrum(moving)
+        still = [stilled(r, noise) for r in moving]
+        return cls._of(campaign, still, floors, noise, LoadCell.true(len(still)))
 
     @classmethod
     def _of(
