@@ -15,7 +15,6 @@ from mrctl.measurements.derivative import differentiate
 from mrctl.measurements.integral import integrate
 from mrctl.measurements.onto import onto
 from mrctl.measurements.run import BY_ATTRIBUTE, KINEMATICS, FloatArray, IntArray, Run
-from mrctl.measurements.smoothed_velocity import is_smoothed_stroke
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -98,7 +97,6 @@ def assemble(raw: RawRun, *, need_force: bool = True, need_current: bool = True)
     for name in ("force_n", "current_a"):
         channels.setdefault(name, np.full(size, np.nan))
     averaged_s = _averaged_s(channels, 1.0 / clock.rate_hz, notes)
-    _less_smoothed(channels, 1.0 / clock.rate_hz, averaged_s, notes)
     derived = _derive(channels, 1.0 / clock.rate_hz, notes)
     return Run(
         name=raw.name,
@@ -193,15 +191,6 @@ def _is_difference(channels: Mapping[str, FloatArray], dt: float) -> bool:
         return False
     change = float(np.linalg.norm(np.diff(step)))
     return any(np.linalg.norm(part - step) < SAME_STEP * change for part in (velocity[1:], velocity[:-1]))
-
-
-def _less_smoothed(channels: dict[str, FloatArray], dt: float, averaged_s: float, notes: list[str]) -> None:
-    """Take out a velocity that is displacement's derivative with the corners of the motion smoothed away."""
-    if averaged_s or not {"velocity_m_s", "displacement_m"} <= channels.keys():
-        return
-    if is_smoothed_stroke(channels["velocity_m_s"], channels["displacement_m"], dt):
-        del channels["velocity_m_s"]
-        notes.append("velocity_m_s is displacement_m differentiated and smoothed too much: derived anew")
 
 
 def _averaged_s(channels: dict[str, FloatArray], dt: float, notes: list[str]) -> float:

@@ -13,6 +13,7 @@ from mrctl.measurements.find import find_files, format_of
 from mrctl.measurements.mapped import read_mapped_text
 from mrctl.measurements.plain_csv import read_plain_csv
 from mrctl.measurements.run import Campaign, Run
+from mrctl.measurements.smoothed_velocity import less_smoothed
 from mrctl.printable import printable
 
 if TYPE_CHECKING:
@@ -68,7 +69,9 @@ def load_campaign(
             problems += error.problems
     if problems:
         raise InputError(problems)
-    return Campaign(found.root, believed(runs), digest.hexdigest(), tuple(found.warnings))
+    return Campaign(
+        found.root, tuple(less_smoothed(believed(runs))), digest.hexdigest(), tuple(found.warnings)
+    )
 
 
 def _bytes(file: Path) -> bytes:
