@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from mrctl.measurements import moving_means
@@ -41,7 +41,12 @@ def loaded(channels: dict[str, FloatArray]) -> Run:
 
 @settings(max_examples=25, deadline=None)
 @given(samples=st.integers(4, 200), hz=st.floats(0.3, 4.0), seed=st.integers(0, 1000))
+@example(samples=200, hz=2.3, seed=0)
 def test_a_moving_mean_is_found_with_its_window(samples: int, hz: float, seed: int) -> None:
+    cycles = samples / RATE_HZ * hz
+    assume(
+        abs(cycles - round(cycles)) > 0.05 or cycles < 0.5
+    )  # over whole cycles nothing is left of a motion
     stored = {name: trailing(x, samples) for name, x in measured(hz=hz, seed=seed).items()}
     window = averaged_over_s(stored["force_n"], stored["displacement_m"], 1.0 / RATE_HZ)
     assert window == pytest.approx(samples / RATE_HZ)
