@@ -46,7 +46,7 @@ def test_a_moving_mean_is_found_with_its_window(samples: int, hz: float, seed: i
     cycles = samples / RATE_HZ * hz
     assume(
         abs(cycles - round(cycles)) > 0.05 or cycles < 0.5
-    )  # over whole cycles nothing is left of a motion
+    )  # whole cycles leave no motion
     stored = {name: trailing(x, samples) for name, x in measured(hz=hz, seed=seed).items()}
     window = averaged_over_s(stored["force_n"], stored["displacement_m"], 1.0 / RATE_HZ)
     assert window == pytest.approx(samples / RATE_HZ)
