@@ -44,9 +44,7 @@ def loaded(channels: dict[str, FloatArray]) -> Run:
 @example(samples=200, hz=2.3, seed=0)
 def test_a_moving_mean_is_found_with_its_window(samples: int, hz: float, seed: int) -> None:
     cycles = samples / RATE_HZ * hz
-    assume(
-        abs(cycles - round(cycles)) > 0.05 or cycles < 0.5
-    )  # whole cycles leave no motion
+    assume(abs(cycles - round(cycles)) > 0.05 or cycles < 0.5)  # whole cycles leave no motion
     stored = {name: trailing(x, samples) for name, x in measured(hz=hz, seed=seed).items()}
     window = averaged_over_s(stored["force_n"], stored["displacement_m"], 1.0 / RATE_HZ)
     assert window == pytest.approx(samples / RATE_HZ)

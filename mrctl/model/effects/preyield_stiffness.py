@@ -28,6 +28,11 @@ def step(
     length = p[0] + p[1] * level_n
     if length <= 0.0 and p[4] <= 0.0:
         return force_n
+    if p[8] > 0.0:
+        kept = _kept(p, s, level_n)
+        for k in range(5):
+            s[k] *= kept
+        s[5] = level_n
     shape = force_n / level_n
     elastic = yielding = shape - p[7] * velocity_m_s
     if length > 0.0 and p[3] > 0.0:
@@ -55,7 +60,7 @@ def start(
     """Yielded: the elastic shape is the static one, the plastic part as the motion; at rest it is 0."""
     sign = math.copysign(1.0, velocity_m_s) if velocity_m_s != 0.0 else 0.0
     yielding = force_n / level_n - p[7] * velocity_m_s
-    return [yielding, yielding, sign, sign, sign]
+    return [yielding, yielding, sign, sign, sign, level_n]
 
 
 def undo(
@@ -72,15 +77,21 @@ def undo(
     if length <= 0.0 and p[4] <= 0.0:
         return wanted_n
     # Of the sample before: this one's is what the current is sought for.
+    kept = _kept(p, s, level_n)
     elastic = shape = s[1] + p[7] * velocity_m_s
     if length > 0.0:
-        elastic += (s[0] - s[1]) * math.exp(-_way(p, length, shape, velocity_m_s, dt_s))
-    plastic = _saturated(s[2], length, velocity_m_s, dt_s)
-    rounded = _rounded(s[3], length, velocity_m_s, dt_s)
-    made = _together(p, shape, elastic, plastic, rounded, _sharp(s[4], length, velocity_m_s, dt_s))
+        elastic += (kept * s[0] - s[1]) * math.exp(-_way(p, length, shape, velocity_m_s, dt_s))
+    plastic = _saturated(kept * s[2], length, velocity_m_s, dt_s)
+    rounded = _rounded(kept * s[3], length, velocity_m_s, dt_s)
+    made = _together(p, shape, elastic, plastic, rounded, _sharp(kept * s[4], length, velocity_m_s, dt_s))
     if abs(shape) >= LARGEST_GAIN * abs(made):
         return wanted_n * math.copysign(LARGEST_GAIN, shape * made)
     return wanted_n * shape / made
+
+
+def _kept(p: Sequence[float], s: Sequence[float], level_n: float) -> float:
+    """What what is stretched is of another f h, where its force stays rather than its strain."""
+    return (s[5] / level_n) ** p[8] if p[8] > 0.0 else 1.0
 
 
 def _way(p: Sequence[float], length_m: float, shape: float, velocity_m_s: float, dt_s: float) -> float:
@@ -126,18 +137,18 @@ def _together(
 def _rescaled(p: Vector, factor: float) -> Vector:
     """Exact unless a plastic part stands beside a creeping one: they share one length."""
     length = factor ** p[2]
-    return p[0] * length, p[1] * length / factor, p[2], p[3], p[4] / factor, p[5], p[6], p[7] / factor
+    return p[0] * length, p[1] * length / factor, p[2], p[3], p[4] / factor, p[5], p[6], p[7] / factor, p[8]
 
 
 def _guesses(_: Ranges) -> list[Vector]:
     # The shape itself turns round, or a part beside it, which g then does not hold: as in Bouc-Wen.
     return [
-        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0),
-        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0),
-        (5e-4, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 1.0, 0.0),
+        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0),
+        (5e-4, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 1.0, 0.0, 0.0),
     ]
 
 
@@ -159,7 +170,8 @@ EFFECT = Effect(
         f"dz/dt = |v| (g - flow v - z) / (|g|^creep length), |g| at least {SMALLEST_SHAPE:g} there, "
         "dy/dt = |v| (sign(v) - y) / length, "
         "du/dt = (v - (v |u| + |v| u) |u| / 2) / length, dw/dt = v / length within -1 to 1, "
-        f"length = yield_length + compliance f h; for y, u and w at least {SHORTEST_M:g} m"
+        f"length = yield_length + compliance f h; for y, u and w at least {SHORTEST_M:g} m; "
+        "as f h changes, z, y, u and w go with (f h)^-held"
     ),
     source=(
         "Dahl, AIAA Journal 14 (1976); for MR dampers Ikhouane, Dyke, Smart Mater. Struct. 16 (2007). "
@@ -169,7 +181,9 @@ EFFECT = Effect(
         "and beta = gamma; w: as n grows, a spring before Coulomb's friction, as in series with Bingham's "
         "damper; with share 0 they stand beside what follows the velocity at once, as in Spencer et al., "
         "J. Eng. Mech. 123 (1997). "
-        "yield_length: the same strain at all currents, as in Bouc-Wen; compliance: the same stiffness."
+        "yield_length: the same strain at all currents, as in Bouc-Wen; compliance: the same stiffness. "
+        "held 0: a new field makes the chains stiffer as they are strained, as Bouc-Wen's alpha does; 1: the "
+        "state is a force, as in LuGre's model with a stiffness in N/m (Sakai et al., ACC 2003)."
     ),
     parameters=(
         Parameter("yield_length_m", "m", 0.0, 0.0, 0.02, 5e-4, "length over which the shape turns round"),
@@ -235,6 +249,17 @@ EFFECT = Effect(
             0.3,
             optional=True,
         ),
+        Parameter(
+            "held",
+            "1",
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            "what stays as the current changes: what is stretched 0, its force 1",
+            0.3,
+            optional=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"stroke", "velocity"}),
@@ -252,6 +277,7 @@ EFFECT = Effect(
         "plastic part y, -1 to 1",
         "rounded part u, -1 to 1",
         "sharp part w, -1 to 1",
+        "f h of the sample before, N",
     ),
     undo=undo,
     guesses=_guesses,
