@@ -106,11 +106,11 @@ def test_no_speed_in_the_table_has_more_than_all_of_it():
     assert compression_speed(2.0 * end, TABLES) == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize("firming", [0.0, 12.0])
-def test_an_open_cavity_holds_the_force_at_the_limit_until_fluid_has_filled_it(firming):
+@pytest.mark.parametrize(("firming", "refilled"), [(0.0, 0.0), (12.0, 0.0), (0.0, 0.6)])
+def test_an_open_cavity_holds_the_force_at_the_limit_until_fluid_has_filled_it(firming, refilled):
     """Held against the cavity's volume by hand: it grows by what is swept less what flows at the limit."""
     state, dt = _begun(), 1e-4
-    p = _p(500.0, 0.5, 0.0, 1e-5, held=1.0, firming_per_m=firming)
+    p = _p(500.0, 0.5, 0.0, 3e-6, refilled=refilled, held=1.0, firming_per_m=firming)
     t = np.arange(20000) * dt
     v = 0.4 * np.sin(2.0 * np.pi * 1.0 * t)
     alone = LEVEL_N * np.tanh(v / KNEE_M_S)
@@ -119,7 +119,8 @@ def test_an_open_cavity_holds_the_force_at_the_limit_until_fluid_has_filled_it(f
     for k, speed in enumerate(v):
         limit = 500.0 * (1.0 + firming * volume)
         follows = KNEE_M_S * math.atanh(min(limit / LEVEL_N, 0.999))
-        volume = max(0.0, volume - (speed + follows) * dt) if volume > 0.0 or speed < -follows else 0.0
+        opens = -(speed + follows)
+        volume = max(0.0, volume + opens * (1.0 - refilled if opens > 0.0 else 1.0) * dt)
         want[k] = -limit if volume > 0.0 else alone[k]
     open_ = want != alone
     assert v[open_].max() > 0.05  # well into the way back

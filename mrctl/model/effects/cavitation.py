@@ -98,8 +98,7 @@ def _held(
     limit_n *= 1.0 + p[11] * s[1]
     follows = compression_speed(limit_n / max(level_n, LEAST_N), tables)
     opens = -velocity_m_s - follows
-    if opens < 0.0:
-        opens -= p[8]
+    opens = (1.0 - p[5]) * opens if opens > 0.0 else opens - p[8]
     s[1] = max(0.0, s[1] + opens * dt_s)
     return -s[1] / (s[1] + p[3]) * (limit_n + static_n)
 
@@ -160,8 +159,8 @@ EFFECT = Effect(
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), less v on the way back "
         "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
         "y/(y + closing) to -limit' (1 + firming y) while y > 0, with dy/dt = -v - v1, where b1 would be "
-        "that at v1; leak closes it besides, while it does; what this takes off F (of b1 where held) comes "
-        "by swing lag^2 d2/dt2 + lag d/dt + 1"
+        "that at v1, as it opens (1 - refilled) of it; leak closes it besides, while it does; what this "
+        "takes off F (of b1 where held) comes by swing lag^2 d2/dt2 + lag d/dt + 1"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
