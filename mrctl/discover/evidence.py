@@ -66,6 +66,7 @@ class Evidence:
     current_late_s: float = 0.0  # taken off the current's clock
     smoothing: Smoothing | None = None  # of the velocities, that was undone
     centres_m: tuple[float, ...] = ()  # by how much strokes that were integrated were moved, by record
+    rests_s: tuple[float, ...] = ()  # in which each record rests, what was cut off it too
 
     @classmethod
     def of(cls, campaign: Campaign) -> Evidence:
@@ -83,8 +84,9 @@ class Evidence:
             )
         floors = in_parallel(lambda r: noise_floor(campaign.runs[r.run]), moving)
         noise = noise_spectrum(moving)
-        still = [stilled(r, noise) for r in moving]
-        return cls._of(campaign, still, floors, noise, LoadCell.true(len(still)))
+        still, rests_s = zip(*(stilled(r, noise) for r in moving), strict=True)
+        found = cls._of(campaign, list(still), floors, noise, LoadCell.true(len(still)))
+        return replace(found, rests_s=rests_s)
 
     @classmethod
     def _of(
@@ -109,6 +111,7 @@ class Evidence:
             current_late_s=self.current_late_s,
             smoothing=self.smoothing,
             centres_m=self.centres_m,
+            rests_s=self.rests_s,
         )
 
     def steadied(self, fit: JointFit) -> Evidence:

@@ -22,14 +22,15 @@ SIGMAS = 6.0  # of the noise's deviation, in one sample and in a mean, that are 
 LONGEST_S = 5.0  # that a run is cut by: a longer rest may warm a fluid
 
 
-def stilled(record: Record, spectrum: Spectrum | None) -> Record:
-    """The record, its motion nothing where it rests, and cut to where its first rest ends; else itself.
+def stilled(record: Record, spectrum: Spectrum | None) -> tuple[Record, float]:
+    """The record, its motion nothing where it rests, and cut to where its first rest ends; the rests in s.
 
-    Not cut where the current changes before the motion begins: a field remembers that.
+    Not cut where the current changes before the motion begins: a field remembers that. Itself where none is.
     """
     resting = rests(record, spectrum)
     if not resting.any():
-        return record
+        return record, 0.0
+    rest_s = float(np.count_nonzero(resting)) / record.rate_hz
     velocity, acceleration = (
         np.where(resting, 0.0, x) for x in (record.velocity_m_s, record.acceleration_m_s2)
     )
@@ -37,8 +38,8 @@ def stilled(record: Record, spectrum: Spectrum | None) -> Record:
     first = int(np.argmin(resting))
     steady = first > 0 and float(np.ptp(record.current_a[:first])) <= 0.0
     if not steady or first > LONGEST_S * record.rate_hz or len(record) - first < SHORTEST:
-        return still
-    return still.part(first, len(record))
+        return still, rest_s
+    return still.part(first, len(record)), rest_s
 
 
 def rests(record: Record, spectrum: Spectrum | None) -> Bools:

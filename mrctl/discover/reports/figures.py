@@ -80,6 +80,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             "zeros_n": _by_run(d, d.evidence.cell.zeros_n.tolist()),
             "gains": _by_run(d, d.evidence.cell.gains.tolist()),
             "strokes_moved_m": _by_run(d, d.evidence.centres_m),
+            "rests_s": _by_run(d, d.evidence.rests_s),
             "current_late_s": d.evidence.current_late_s,
             "velocity_smoothed": None if d.evidence.smoothing is None else asdict(d.evidence.smoothing),
         },
@@ -258,6 +259,13 @@ def _channel_words(d: Diagnosis) -> str:
     if far:
         span = f"{1e3 * max(far):.2g} mm"
         words += f" The stroke, integrated, has another zero in {len(far)} runs, by up to {span}: taken so."
+    resting = [x for x in d.evidence.rests_s if x]
+    if resting:
+        span = f"{max(resting):.2g} s"
+        words += (
+            f" {len(resting)} of the runs rest, for up to {span}: the velocity is taken for noise there,"
+            " and what came before the first motion left out."
+        )
     if d.evidence.current_late_s:
         words += f" The current was written {1e3 * d.evidence.current_late_s:.2g} ms late: taken as earlier."
     if d.evidence.smoothing is not None:

@@ -55,13 +55,14 @@ def test_what_turns_or_creeps_does_not_rest(v):
 def test_a_run_is_cut_to_where_its_first_rest_ends_unless_the_current_changes_in_it():
     record = _record(_burst(T))
     noise = noise_spectrum([record])
-    cut = stilled(record, noise)
+    cut, rest_s = stilled(record, noise)
+    assert rest_s == pytest.approx(float(np.mean(_burst(T) == 0.0)) * T.size / RATE_HZ, abs=4.0 * WINDOW_S)
     assert (len(record) - len(cut)) / RATE_HZ == pytest.approx(REST_S, abs=WINDOW_S)
     assert np.count_nonzero(cut.velocity_m_s == 0.0) > 0.8 * REST_S * RATE_HZ
     stepped = replace(record, current_a=np.where(T < 0.5 * REST_S, 0.0, 1.0))
-    assert len(stilled(stepped, noise)) == len(record)
+    assert len(stilled(stepped, noise)[0]) == len(record)
     turning = _record(0.2 * np.sin(2.0 * np.pi * T))
-    assert stilled(turning, noise) is turning
+    assert stilled(turning, noise) == (turning, 0.0)
 
 
 def _stuck(seed: int) -> Campaign:
