@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover import taken_anew
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.proof import Proof
 from mrctl.discover.search.levels import Level
@@ -161,9 +162,9 @@ def _diagnosed(
         stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
     searched = evidence
     evidence, final, stands = retimed(evidence, final, stands)
-    evidence, final = evidence.remembered(final)
-    evidence, final = evidence.centred(final)
-    evidence, final = evidence.rezeroed(final)
+    evidence, final = taken_anew.remembered(evidence, final)
+    evidence, final = taken_anew.centred(evidence, final)
+    evidence, final = taken_anew.rezeroed(evidence, final)
     if final.mean_square > base.mean_square:
         # Effects that do worse with their own clocks and zeros than none with its are neither.
         evidence, final, stands = searched, base, []

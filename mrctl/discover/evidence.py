@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from mrctl.discover.base_fit import base_fit, fitted_to, stepless
 from mrctl.discover.channels.current_clock import LEAST_S, MOST_S, current_late_s, earlier
-from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.channels.load_cell import LoadCell
 from mrctl.discover.channels.run_gains import run_gains
 from mrctl.discover.channels.run_zeros import run_zeros
 from mrctl.discover.channels.runs_own import RunsOwn
 from mrctl.discover.channels.sharpened import Smoothing, smoothing_of
 from mrctl.discover.channels.step_times import timed, without_steps
-from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
 from mrctl.discover.fits.folds import folds_of
 from mrctl.discover.fits.grow import Folds
 from mrctl.discover.fits.proof import Proof, prove
@@ -36,7 +34,7 @@ from mrctl.identify.parallel import in_parallel
 from mrctl.identify.records import Record, records_of
 from mrctl.identify.run_scatter import FEWEST_RUNS
 from mrctl.measurements.run import Campaign
-from mrctl.model.effects.base import Effect, Stage
+from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects
 from mrctl.model.effects.size import sized
 
@@ -45,8 +43,6 @@ Array = NDArray[np.float64]
 REST_M_S = 1e-4
 MOVED_M = 1e-5
 WHOLE = 0.95  # of the seconds measured, for a search to have seen them all
-PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
-PLACINGS = 6  # as PASTS, of the strokes' zeros: a stop's place and theirs go together
 LATE_AROUND = 3  # samples more and less, that a current is tried to be late by
 CLOSE_TO_NOISE = 2.0  # in mean square, for what a fit misses in the mean to be a load cell's zeros
 
@@ -101,7 +97,7 @@ class Evidence:
         full, records = at_search_rates(measured, floors, timing)
         return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise, cell)
 
-    def _with(
+    def of_records(
         self, measured: list[Record], timing: Callable[[list[Record]], list[Record]] = list
     ) -> Evidence:
         """The same campaign's evidence from other versions of its records."""
@@ -119,7 +115,7 @@ class Evidence:
         quiet = steadied(fit, self.measured, self.motion_noise)
         if all(a is b for a, b in zip(quiet, self.measured, strict=True)):
             return self
-        return self._with(quiet)
+        return self.of_records(quiet)
 
     def sharpened(self, fit: JointFit) -> Evidence:
         """The same, with what a base's fit shows that a filter took off the velocities; itself if none."""
@@ -127,7 +123,7 @@ class Evidence:
         smoothing = smoothing_of(fit, spectrum, partial(fitted_to, fit=fit))
         if smoothing is None or spectrum is None:
             return self
-        sharp = self._with([smoothing.undone(r, spectrum) for r in self.measured])
+        sharp = self.of_records([smoothing.undone(r, spectrum) for r in self.measured])
         return replace(sharp, smoothing=smoothing)
 
     def zeroed(self, fit: JointFit) -> Evidence:
@@ -168,9 +164,9 @@ class Evidence:
         if cell.same_as(self.cell):
             return self
         anew = partial(cell.instead_of, self.cell)
-        return replace(self._each(anew), cell=cell)
+        return replace(self.each(anew), cell=cell)
 
-    def _each(self, anew: Callable[[Sequence[Record]], list[Record]]) -> Evidence:
+    def each(self, anew: Callable[[Sequence[Record]], list[Record]]) -> Evidence:
         """The same with other versions of its records at every rate."""
         return replace(self, measured=anew(self.measured), full=anew(self.full), records=anew(self.records))
 
@@ -188,7 +184,7 @@ class Evidence:
         return min(early, key=lambda one: fitted_to(one.records, fit).total)
 
     def _earlier(self, by_s: float) -> Evidence:
-        return replace(self._with([earlier(r, by_s) for r in self.measured]), current_late_s=by_s)
+        return replace(self.of_records([earlier(r, by_s) for r in self.measured]), current_late_s=by_s)
 
     def stepless(self, fit: JointFit) -> JointFit:
         """A fit's base as the data show it that do not hang on when between two samples a current stepped.
@@ -202,67 +198,7 @@ class Evidence:
         full = timed(self.full, fit)
         if all(a is b for a, b in zip(full, self.full, strict=True)):
             return self
-        return self._with(self.measured, lambda _: full)
-
-    def retimed(self, proof: Proof) -> tuple[Evidence, Proof]:
-        """The steps' times taken anew with a model that has been found, and the model fitted to them.
-
-        A model without the coil's lag put part of it into the times: so it is fitted to the currents as they
-        were measured first.
-        """
-        plain = self._with(self.measured)
-        evidence = plain.timed(fitted_to(plain.records, proof.fit))
-        return evidence, prove(fitted_to(evidence.records, proof.fit), evidence.folds)
-
-    def rezeroed(self, proof: Proof) -> tuple[Evidence, Proof]:
-        """The runs' zeros and scales taken anew with a model that has been found, and that fitted to them."""
-        evidence = self.zeroed(proof.fit).evened(proof.fit)
-        if evidence is self:
-            return self, proof
-        return evidence, prove(fitted_to(evidence.records, proof.fit), evidence.folds)
-
-    def remembered(self, proof: Proof) -> tuple[Evidence, Proof]:
-        """Each run begun from the current that a model with a field's memory finds, and that fitted to them.
-
-        A field keeps what was on before a run, which no file tells.
-        """
-        evidence = self
-        fields = [e for e in proof.fit.model.effects.chosen if e.stage is Stage.CURRENT]
-        # What the wrong pasts had bent begins anew.
-        others = self._beginnings(fields)
-        for _ in range(PASTS if fields else 0):
-            past = fields_past(proof.fit.model.on(evidence.full), proof.fit.theta)
-            if past is None:
-                break
-            evidence = evidence._each(past)
-            proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
-        return evidence, proof
-
-    def centred(self, proof: Proof) -> tuple[Evidence, Proof]:
-        """Strokes that were integrated with the zeros that a model finds, and that fitted to them.
-
-        Such a model acts at places of the stroke.
-        """
-        evidence = self
-        unknown = ["displacement_m" in self.campaign.runs[r.run].derived for r in self.full]
-        both = zip(self.full, self.records, strict=True)
-        whole = [len(r) / r.rate_hz > WHOLE * len(full) / full.rate_hz for full, r in both]
-        placed = [e for e in proof.fit.model.effects.chosen if "displacement" in e.needs]
-        others = self._beginnings(placed)
-        for number in range(PLACINGS if placed and any(unknown) else 0):
-            within = FARTHEST / 2.0**number
-            by_m = stroke_zeros(proof.fit.model, proof.fit.theta, unknown, whole, within)
-            if not by_m.any():
-                break
-            centres_m = np.array(evidence.centres_m or np.zeros(len(unknown))) + np.abs(by_m).sum(axis=1)
-            evidence = replace(evidence._each(partial(moved, by_m=by_m)), centres_m=tuple(centres_m.tolist()))
-            proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
-        return evidence, proof
-
-    def _beginnings(self, chosen: Iterable[Effect]) -> list[dict[str, tuple[float, ...]]]:
-        """Where a fit may begin each of these effects anew."""
-        reach = ranges_of(self.records)
-        return [{e.name: guess} for e in chosen for guess in e.starting_points(reach)]
+        return self.of_records(self.measured, lambda _: full)
 
     def candidates(self, known: Sequence[Effect]) -> tuple[list[Effect], dict[str, str]]:
         """Effects that this data can be searched for, and why the others cannot."""

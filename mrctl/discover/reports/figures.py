@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.noise.lines import Line
+from mrctl.discover.reports.channels import channel_figures, channel_words
 from mrctl.discover.search.levels import Trial
 from mrctl.discover.verdict.balance import STRANGE
 from mrctl.discover.verdict.courses import Course
@@ -21,7 +20,6 @@ from mrctl.model.effects.card import card
 Array = NDArray[np.float64]
 
 MOST_COURSES = 3
-LOST = 0.03  # of a motion, that tells how far a velocity was smoothed
 
 
 def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
@@ -76,14 +74,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
             "line": None if d.balance.line is None else _stated(d.balance.line),
             "hum": [_stated(hum) for hum in d.balance.hums],
         },
-        "channels": {
-            "zeros_n": _by_run(d, d.evidence.cell.zeros_n.tolist()),
-            "gains": _by_run(d, d.evidence.cell.gains.tolist()),
-            "strokes_moved_m": _by_run(d, d.evidence.centres_m),
-            "rests_s": _by_run(d, d.evidence.rests_s),
-            "current_late_s": d.evidence.current_late_s,
-            "velocity_smoothed": None if d.evidence.smoothing is None else asdict(d.evidence.smoothing),
-        },
+        "channels": channel_figures(d),
         "not_constant": [
             {"effect": c.effect, "signal": c.signal, "where_high": c.where_high, "error": c.error}
             for c in d.changes
@@ -157,12 +148,6 @@ def derived_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
     return {words: {"value": value, "unit": unit} for words, (value, unit) in found.items()}
 
 
-def _by_run(d: Diagnosis, values: Sequence[float]) -> dict[str, float]:
-    """Values of the records by the names of their runs, but for those that are 0."""
-    named = zip(d.evidence.measured, values, strict=False)  # of strokes there may be none at all
-    return {d.evidence.campaign.runs[r.run].name: x for r, x in named if x}
-
-
 def explained_percent(d: Diagnosis) -> float:
     """What the effects found take off, of what can be removed."""
     if d.removable <= 0.0:
@@ -178,7 +163,7 @@ def verdict_words(d: Diagnosis) -> str:
         at = ", ".join(f"{h.frequency_hz:.0f}" for h in d.balance.hums)
         hum = root(sum(h.mean_square_n2 for h in d.balance.hums))
         floor += f" {hum:.3g} N of it hum at {at} Hz, alike in all runs."
-    floor += _channel_words(d)
+    floor += channel_words(d)
     names = ", ".join(d.effects)
     if d.verdict == "none":
         return f"Nothing is missing that this campaign can show: {before:.3g} N held out.{floor}"
@@ -239,36 +224,3 @@ def _nearest_words(d: Diagnosis) -> str:
 def root(mean_square: float) -> float:
     """RMS in N."""
     return float(np.sqrt(max(mean_square, 0.0)))
-
-
-def _channel_words(d: Diagnosis) -> str:
-    """What the channels themselves did, and was taken out."""
-    words = ""
-    if d.evidence.cell.zeros_n.any():
-        most = float(np.max(np.abs(d.evidence.cell.zeros_n)))
-        words += f" The load cell's zero differs from run to run, by up to {most:.3g} N: taken out."
-    if d.evidence.cell.gains.any():
-        most = 100.0 * float(np.max(np.abs(d.evidence.cell.gains)))
-        words += f" The force's scale differs from run to run, by up to {most:.2g} %: taken out."
-    pasts = [d.evidence.campaign.runs[r.run].name for r in d.evidence.measured if r.before_a]
-    if pasts:
-        words += (
-            f" The field remembers a larger current from before {len(pasts)} of the runs ({pasts[0]} first)."
-        )
-    far = [abs(x) for x in d.evidence.centres_m if x]
-    if far:
-        span = f"{1e3 * max(far):.2g} mm"
-        words += f" The stroke, integrated, has another zero in {len(far)} runs, by up to {span}: taken so."
-    resting = [x for x in d.evidence.rests_s if x]
-    if resting:
-        span = f"{max(resting):.2g} s"
-        words += (
-            f" {len(resting)} of the runs rest, for up to {span}: the velocity is taken for noise there,"
-            " and what came before the first motion left out."
-        )
-    if d.evidence.current_late_s:
-        words += f" The current was written {1e3 * d.evidence.current_late_s:.2g} ms late: taken as earlier."
-    if d.evidence.smoothing is not None:
-        lost_hz = d.evidence.smoothing.frequency_hz(LOST)
-        words += f" The velocity was smoothed, {100.0 * LOST:.0f} % of it gone at {lost_hz:.3g} Hz: put back."
-    return words

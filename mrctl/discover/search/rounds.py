@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import count
 
+from mrctl.discover import taken_anew
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import settled
 from mrctl.discover.fits.proof import Proof
@@ -41,7 +42,7 @@ def rounds_of(
     last: Level | None = None
     gone: set[str] = set()
     most = MOST_EFFECTS
-    rezeroed = cache(Evidence.rezeroed)  # asked for twice of a model beside which a round is searched
+    rezeroed = cache(taken_anew.rezeroed)  # asked for twice of a model beside which a round is searched
     for number in count():
         rest = [c for c in candidates if c.name not in {e.name for e in here.fit.model.effects.chosen}]
         level, good = _round(evidence, here, rest)
@@ -69,7 +70,9 @@ def rounds_of(
             found, last = [*(t for t in found if t is not needless), best], None
             continue
         here, last = settled(best.proof, evidence.folds), level
-        evidence, here = evidence.centred(here)  # else what comes next has to make up for the strokes
+        evidence, here = taken_anew.centred(
+            evidence, here
+        )  # else what comes next has to make up for the strokes
         found.append(best)
         if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
             here = renewed(here, [t.effect for t in found], evidence.folds)

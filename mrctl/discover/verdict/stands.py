@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mrctl.discover import taken_anew
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import without
 from mrctl.discover.fits.proof import Proof
@@ -56,7 +57,7 @@ def retimed(
     timed = [e for e in final.fit.model.effects.chosen if e.stage in _TIMED]
     if not timed:
         return evidence, final, stands
-    anew, there = evidence.retimed(final)
+    anew, there = taken_anew.retimed(evidence, final)
     reach = ranges_of(there.fit.model.records)
     values = there.fit.effect_values
     gone = [e.name for e in timed if e.plausible is not None and not e.plausible(values[e.name], reach)]

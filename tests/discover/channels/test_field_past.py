@@ -11,6 +11,7 @@ from hidden import NOISE_N, rich
 
 from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.taken_anew import remembered
 from mrctl.model.effects.registry import effects
 from mrctl.simulate import stages
 
@@ -29,7 +30,7 @@ def test_a_run_that_begins_after_a_larger_current_is_told_from_the_others():
     evidence = Evidence.of(campaign)
     effect = effects()["magnetic_hysteresis"]
     proof = evidence.base([effect], {effect.name: tuple(LOOP.values())})
-    after, better = evidence.remembered(proof)
+    after, better = remembered(evidence, proof)
     assert [r.before_a for r in after.measured] == [0.0] * (len(after.measured) - 1) + [3.0]
     assert [r.before_a for r in after.records] == [r.before_a for r in after.full]
     assert better.mean_square < 1.2 * NOISE_N**2 < 0.5 * proof.mean_square

@@ -10,6 +10,7 @@ from discover.hidden import NOISE_N, few, rich
 
 from mrctl.discover.channels.stroke_zeros import stroke_zeros
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.taken_anew import centred
 from mrctl.model.effects.registry import effect
 
 STOP = {
@@ -51,13 +52,13 @@ def test_a_stop_tells_where_a_stroke_has_its_zero_and_how_it_drifts():
 def test_with_it_little_but_noise_is_left():
     lost = _evidence(("displacement_m",))
     bent = _with_stop(lost)
-    centred, mended = lost.centred(bent)
+    placed, mended = centred(lost, bent)
     assert mended.mean_square < 3.0 * NOISE_N**2 < 0.01 * bent.mean_square
-    assert np.argmax(centred.centres_m) == LOST
+    assert np.argmax(placed.centres_m) == LOST
     assert mended.fit.effect_values["end_stop"][0] == pytest.approx(STOP["clearance_m"], abs=1e-4)
 
 
 def test_a_stroke_that_was_measured_keeps_its_zero():
     evidence = _evidence()
     proof = _with_stop(evidence)
-    assert evidence.centred(proof) == (evidence, proof)
+    assert centred(evidence, proof) == (evidence, proof)
