@@ -89,12 +89,14 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     most of what is left and data left out are foretold far better; where they mostly are (a stop), what it
     takes there is judged by itself. And where nothing but noise may be left, it must not have another size
     at other conditions; nor may a small one be the largest that physics allows, or of no size told from none.
+    What is next to nothing of all, and little of what is left, is no effect.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
     before, after = evidence.budget(here.fit), evidence.budget(best.fit)
     foretold = _foretold(here, best.proof, after.noise)
-    if taken < PUSHED_SHARE * every and _of_no_size(best, foretold=foretold):
+    little = taken < min(LATER_CLEARING * every, LEAST_SHARE * here.mean_square)
+    if little or (taken < PUSHED_SHARE * every and _of_no_size(best, foretold=foretold)):
         return False
     certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here)
     changes = changes_of(best.fit, [best.effect])

@@ -29,7 +29,15 @@ def _proof(mean_square, held_out=None):
 
 
 def _asked(
-    monkeypatch, changes, before_n2, after_n2, noise_n2=25.0, values=(5e-7, 1e3, 0.0), std=1e-8, held_out=()
+    monkeypatch,
+    changes,
+    before_n2,
+    after_n2,
+    noise_n2=25.0,
+    values=(5e-7, 1e3, 0.0),
+    std=1e-8,
+    held_out=(),
+    doubt=1.25,
 ):
     """Whether an effect matters that takes a first one's rest from one mean square to another; base: 1e4."""
     monkeypatch.setattr(worth, "changes_of", lambda _fit, _chosen: changes)
@@ -37,7 +45,7 @@ def _asked(
 
     def budget(fit):
         left = before_n2 if fit is here.fit else after_n2
-        return Budget(left, left, noise_n2, measured=True, most_noise=1.25 * noise_n2)
+        return Budget(left, left, noise_n2, measured=True, most_noise=doubt * noise_n2)
 
     here = _proof(before_n2, *held_out[:1])
     best = SimpleNamespace(effect=effect("mount_compliance"), proof=_proof(after_n2, *held_out[1:]), fit=None)
@@ -84,6 +92,12 @@ def test_a_smaller_one_where_with_it_nothing_but_noise_is_left(monkeypatch, afte
 
 def test_little_of_what_is_left_is_little_whatever_its_size(monkeypatch):
     assert not _asked(monkeypatch, _changes(0.0), 200.0, 170.0)
+
+
+def test_next_to_nothing_of_all_counts_only_where_it_is_a_fair_part_of_what_is_left(monkeypatch):
+    """It takes 0.4 % of all, and a third of what is left over the noise, at one size everywhere."""
+    assert _asked(monkeypatch, _changes(0.0), 200.0, 165.0, noise_n2=120.0)
+    assert not _asked(monkeypatch, _changes(0.0), 1200.0, 1165.0, noise_n2=1100.0, doubt=1.01)
 
 
 def test_where_nothing_but_noise_may_be_left_what_changes_is_a_patch(monkeypatch):
