@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from discover.hidden import NOISE_N, few, one_current, one_frequency, rich
 
+from mrctl.discover import taken_anew
 from mrctl.discover.diagnose import diagnose
-from mrctl.discover.evidence import Evidence
 from mrctl.discover.reports.figures import diagnosis_figures
 from mrctl.discover.verdict.balance import STRANGE
 
@@ -39,7 +39,7 @@ def test_an_effect_that_does_worse_than_none_once_the_zeros_are_its_own_is_not_k
         louder = replace(proof, inside=proof.inside * 1e4) if proof.fit.model.effects.size else proof
         return evidence, louder
 
-    monkeypatch.setattr(Evidence, "rezeroed", worse)
+    monkeypatch.setattr(taken_anew, "rezeroed", worse)
     diagnosis = diagnose(few(rich({"force_offset": {"offset_n": 80.0}})))
     assert not diagnosis.effects
     assert diagnosis.final is diagnosis.base

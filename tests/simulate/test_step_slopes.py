@@ -21,11 +21,12 @@ SMALL = 1e-5
 @pytest.mark.parametrize(
     "p",
     [
-        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.3),
-        (2e-4, 3e-7, 0.6, 0.7, 0.2, 0.4, 0.3, 0.2),
-        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0),
+        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.3, 0.0),
+        (2e-4, 3e-7, 0.6, 0.7, 0.2, 0.4, 0.3, 0.2, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0),
+        (2e-4, 3e-7, 0.0, 0.7, 0.2, 0.4, 0.0, 0.2, 0.7),
     ],
-    ids=["elastic", "all of it", "plastic"],
+    ids=["elastic", "all of it", "plastic", "held"],
 )
 @pytest.mark.parametrize("times", [1, 2], ids=["once", "two effects in a row"])
 def test_a_change_behind_the_stage_is_that_of_a_small_step(p, times):
