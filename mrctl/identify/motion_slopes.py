@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import base, filtering, hysteresis
-from mrctl.model.effects.base import Settings, Stage
+from mrctl.model.effects.base import Effect, GivesWay, Settings, Stage, Vector
 from mrctl.model.filters import Coefficients, plain_lag
 from mrctl.model.static import StaticTables
 from mrctl.simulate import Trace, loops, stages
@@ -87,7 +87,9 @@ class Motion:
         return plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients)
 
     def _lag(self, filter_: Array) -> tuple[Array, Array]:
-        b0, b1, b2, b3, *a = self._plain_lag(filter_)
+        """That of the force which the motion gives way to, as a numerator and a denominator."""
+        _, p, way = self._giving_way
+        b0, b1, b2, b3, *a = way.inside(p, self._plain_lag(filter_))
         return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
 
     def _rows(self, static: Array, lagged_n: Array, gain: Array, factor: int) -> Rows:
@@ -118,10 +120,7 @@ class Motion:
     def _way(self) -> tuple[Array, Array]:
         """How the motion and its states move with a force (n, 2 + k, 1 + k); and the first ones (m, k, 2)."""
         run = self.here.run
-        ((effect, p),) = self.settings[Stage.MOTION]
-        if effect.gives_way is None:
-            raise ValueError(f"{effect.name} does not say how it gives way")
-        step, start = effect.gives_way
+        effect, p, (step, start, _) = self._giving_way
         given_m = run.displacement_m - self.here.displacement_m
         first = np.array([start(p, 1.0, float(by_m)) for by_m in given_m[run.starts[:-1]]], dtype=np.float64)
         states = first.shape[1]
@@ -131,3 +130,11 @@ class Motion:
         firsts = np.zeros((run.starts.size - 1, states, 2))
         firsts[:, :, 0] = first
         return heard(by, firsts, inputs=1)
+
+    @property
+    def _giving_way(self) -> tuple[Effect, Vector, GivesWay]:
+        """The motion's effect, its parameters, and how it gives way."""
+        ((effect, p),) = self.settings[Stage.MOTION]
+        if effect.gives_way is None:
+            raise ValueError(f"{effect.name} does not say how it gives way")
+        return effect, p, effect.gives_way

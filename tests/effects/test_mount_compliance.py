@@ -29,7 +29,7 @@ def test_mount_compliance_solves_its_differential_equation_at_every_rate_and_sti
     level = force_level(1.5, 45.0, TABLES)
     # By that share where the damper's force would bend a plain spring to.
     per_m2 = hardening * (stiffness_n_m / level) ** 2
-    p = (1.0 / stiffness_n_m, damping, per_m2)
+    p = (1.0 / stiffness_n_m, damping, per_m2, 1.0)
     v1, x1 = stages.piston_motion([(mount, p)], v, np.zeros(t.size), current, warm, TABLES, NO_LAG, dt_s)
 
     # f h g(v1) + c v1 = k y (1 + hardening y^2) + c v: its left side increases with v1, knot by knot.
@@ -57,4 +57,17 @@ def test_the_mount_carries_what_the_damper_gives_behind_a_lag_as_long_as_its_own
     )
     lag = plain_lag(make_damper().forward_filter.resampled(1000.0).coefficients)
     carried = stages.filtered(made.static_n, lag, settled=True)
+    assert -made.displacement_m / 5e-7 == pytest.approx(carried, abs=1e-6 * np.max(np.abs(carried)))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4])
+def test_the_part_of_the_lag_that_is_the_load_cells_does_not_bend_the_mount(share):
+    t, v = signals(0.001)
+    run = Run.of(0.001, v, 1.5, 45.0, np.zeros(t.size))
+    mount = {"compliance_m_n": 5e-7, "damping_n_s_m": 0.0, "lag_inside": share}
+    made = trace(run, with_effects(make_damper(), mount_compliance=mount))
+    lag = plain_lag(make_damper().forward_filter.resampled(1000.0).coefficients)
+    samples = share * (1.0 / lag[0] - 1.0)
+    first = (1.0 / (1.0 + samples), 0.0, 0.0, 0.0, -samples / (1.0 + samples), 0.0, 0.0)
+    carried = stages.filtered(made.static_n, first, settled=True)
     assert -made.displacement_m / 5e-7 == pytest.approx(carried, abs=1e-6 * np.max(np.abs(carried)))

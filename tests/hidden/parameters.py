@@ -194,6 +194,7 @@ COMPARED = {
         "compliance_m_n": 1.0 / p["MK"],
         "damping_n_s_m": f"{FORM}: H stands before the mount",
         "hardening_per_m2": 0.0,
+        "lag_inside": f"{FORM}: H stands before the mount",
     },
     "sensor_delay": lambda p, _: {"delay_s": p["delay"]},
 }

@@ -15,8 +15,9 @@ from scipy.optimize import lsq_linear
 
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint import JointModel
 from mrctl.identify.records import Record
-from mrctl.model.effects.base import Effect, Ranges, Vector
+from mrctl.model.effects.base import Effect, Ranges, Stage, Vector
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,7 @@ HALVINGS = 3
 SMALLER = 0.2  # of the usual size: an effect may be far below it, ...
 FAR = 10.0  # ... but on the way to a limit that is never reached there is nothing
 SLOPE_STEP = 1e-3  # of a parameter's scale
+SPRING_SAMPLES = 2.0  # that a spring in series adds to what is unknown of a step's time
 WORTH = 0.02  # share of the gain so far that another step must promise
 RARELY, MOSTLY = 0.25, 0.65  # of the samples, and of the force's square sum in them
 # Shares of a slope's square, less than which a parameter can be done without: what is beyond the model, ...
@@ -71,13 +73,24 @@ def ranges_of(r: Sequence[Record]) -> Ranges:
     )
 
 
+def reach_of(model: JointModel) -> Ranges:
+    """The ranges of a model's records, as far as it can tell when a current stepped.
+
+    What a spring in series does within a sample after a step is not told by the motion at the samples.
+    """
+    ranges = ranges_of(model.records)
+    if all(e.stage is not Stage.MOTION for e in model.effects.chosen):
+        return ranges
+    return ranges._replace(sample_s=ranges.sample_s + SPRING_SAMPLES / min(r.rate_hz for r in model.records))
+
+
 class Screen:
     """Looks at candidates beside one fitted model."""
 
     def __init__(self, tangent: Tangent, ranges: Ranges | None = None) -> None:
         self.tangent = tangent
         self.base = tangent.fit.model
-        self.ranges = ranges_of(self.base.records) if ranges is None else ranges
+        self.ranges = reach_of(self.base) if ranges is None else ranges
         self.here = tangent.stacked(self.base.predict(tangent.fit.theta))
 
     def glance(self, effect: Effect) -> list[tuple[float, Vector]]:

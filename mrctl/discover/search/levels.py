@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mrctl.discover.fits.grow import DEAR_TOGETHER, Folds, again, grown
 from mrctl.discover.fits.proof import Proof, chance, log_gain, prove
 from mrctl.discover.fits.robust import second_opinions
-from mrctl.discover.fits.screen import Look, ranges_of
+from mrctl.discover.fits.screen import Look, reach_of
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.discover.search.looks import looks, usual_looks
 from mrctl.discover.verdict.worth import least_n2
@@ -116,7 +116,7 @@ def search_level(
                 trials = [t for t in trials if t is not same] + [trial]
         done("a second opinion")
     before, trials = _levelled(before, trials, folds)
-    reach = ranges_of(before.fit.model.records)
+    reach = reach_of(before.fit.model)
     trials = [
         t
         for t in trials

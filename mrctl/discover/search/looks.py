@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.screen import Look, Screen, ranges_of
+from mrctl.discover.fits.screen import Look, Screen, reach_of
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.discover.search.far_looks import KEPT, far_looks
 from mrctl.identify.processes import in_processes
@@ -21,7 +21,7 @@ STARTS = 3  # from which an effect is looked at closely, until one keeps what th
 
 def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely."""
-    ranges = ranges_of(tangent.fit.model.records)
+    ranges = reach_of(tangent.fit.model)
     whole = float(tangent.residual @ tangent.residual)
 
     parts = [tangent.glance(effect) for effect in candidates]

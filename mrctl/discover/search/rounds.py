@@ -70,7 +70,8 @@ def rounds_of(
             found, last = [*(t for t in found if t is not needless), best], None
             continue
         here, last = settled(best.proof, evidence.folds), level
-        evidence, here = taken_anew.centred(evidence, here)  # or what comes next makes up for it
+        # Or what comes next makes up for it.
+        evidence, here = taken_anew.centred(*taken_anew.stepped(evidence, here))
         found.append(best)
         if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
             here = renewed(here, [t.effect for t in found], evidence.folds)

@@ -6,7 +6,7 @@ from mrctl.discover import taken_anew
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import without
 from mrctl.discover.fits.proof import Proof
-from mrctl.discover.fits.screen import ranges_of
+from mrctl.discover.fits.screen import reach_of
 from mrctl.discover.search.levels import Level, Trial, search_level
 from mrctl.discover.verdict.constancy import Change, changes_of
 from mrctl.discover.verdict.judged import NAMING, Judged
@@ -58,7 +58,7 @@ def retimed(
     if not timed:
         return evidence, final, stands
     anew, there = taken_anew.retimed(evidence, final)
-    reach = ranges_of(there.fit.model.records)
+    reach = reach_of(there.fit.model)
     values = there.fit.effect_values
     gone = [e.name for e in timed if e.plausible is not None and not e.plausible(values[e.name], reach)]
     if not gone:

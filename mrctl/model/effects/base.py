@@ -39,6 +39,7 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 from mrctl.errors import MrctlError
+from mrctl.model.filters import Coefficients
 
 
 class EffectError(MrctlError, ValueError):
@@ -234,11 +235,12 @@ class GivesWay(NamedTuple):
     change when the damper's force at a given motion changes by `force_n`, in proportion to that and to the
     state, damping being the slope of f g h over the velocity, `given_m` by how much less than the rod the
     piston has moved, `s` and `lag` as in the effect's step. `start(p, force_n, given_m)` is the state in
-    which the first sample has lasted for ever.
+    which the first sample has lasted for ever. `inside(p, lag)` is the lag of the force that it hangs on.
     """
 
     step: Step
     start: Start
+    inside: Callable[[Vector, Coefficients], Coefficients]
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,12 @@ def softness(p: Sequence[float], bent_m: float) -> float:
     return p[0] / (1.0 + 3.0 * p[2] * bent_m * bent_m)
 
 
+def inside(p: Sequence[float], lag: Coefficients) -> Coefficients:
+    """The lag of the force that the mount carries: the part of H's that is no load cell's."""
+    samples = p[3] * (1.0 / lag[0] - 1.0)
+    return (1.0 / (1.0 + samples), 0.0, 0.0, 0.0, -samples / (1.0 + samples), 0.0, 0.0)
+
+
 def step(
     p: Sequence[float],
     s: list[float],
@@ -42,6 +48,7 @@ def step(
     """
     if p[0] <= 0.0:
         return velocity_m_s, displacement_m
+    lag = inside(p, lag)
     static = force_level(current_a, temperature_c, tables)
     expected = 2.0 * s[3] - s[4]
     soft = softness(p, expected)
@@ -86,7 +93,7 @@ def start(
     """The mount is bent as far as the first sample's static force gets it, and no longer moves."""
     force = backbone_force(velocity_m_s, current_a, temperature_c, tables)
     bent = _bent(p, _reach(p) * p[0] * force)
-    return [*settled_state(lag, force), bent, bent]
+    return [*settled_state(inside(p, lag), force), bent, bent]
 
 
 def _bent(p: Sequence[float], plain_m: float) -> float:
@@ -117,6 +124,7 @@ def give_way(
     dt_s: float,
 ) -> tuple[float, float]:
     """The step's derivative: how the piston's velocity in m/s and displacement in m move."""
+    lag = inside(p, lag)
     free = (4.0 * s[3] - s[4]) / 3.0
     soft = softness(p, bent_m)
     inertia = soft * p[1] + 2.0 / 3.0 * dt_s
@@ -140,7 +148,7 @@ def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
 def _guesses(ranges: Ranges) -> list[Vector]:
     # Soft or stiff, much or little damped: a fit hardly finds its way from one to the other.
     return [
-        *((soft, damping, 0.0) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)),
+        *((soft, damping, 0.0, 1.0) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)),
         *_dashpot(ranges),
     ]
 
@@ -148,7 +156,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
 def _dashpot(ranges: Ranges) -> list[Vector]:
     """Hardly a spring: the force rises with the speed until the damper yields, whatever the current."""
     damping = ranges.force_n / max(KNEE_SHARE * ranges.velocity_m_s, 1e-3)
-    return [(SLOW_S / damping, damping, 0.0)]
+    return [(SLOW_S / damping, damping, 0.0, 1.0)]
 
 
 EFFECT = Effect(
@@ -162,7 +170,8 @@ EFFECT = Effect(
         "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. With "
         "hardly a spring it is the dashpot in series of Spencer et al., J. Eng. Mech. 123 (1997): a damper "
         "behind it yields at a speed in proportion to its force. "
-        "The mount carries the damper's force behind a lag as long as H's; forces beside it are left out."
+        "The mount carries the damper's force behind a lag as long as H's, or the part of it that is no load "
+        "cell's; forces beside it are left out."
     ),
     parameters=(
         Parameter(
@@ -181,6 +190,17 @@ EFFECT = Effect(
             optional=True,
             endless=True,
         ),
+        Parameter(
+            "lag_inside",
+            "1",
+            1.0,
+            0.0,
+            1.0,
+            1.0,
+            "how much of H's lag is the damper's own, the rest the load cell's",
+            0.3,
+            optional=True,
+        ),
     ),
     step=step,
     inverse=Undo.OBSERVE,
@@ -190,7 +210,7 @@ EFFECT = Effect(
     guesses=_guesses,
     far=_dashpot,
     derived=_derived,
-    gives_way=GivesWay(give_way, give_way_start),
+    gives_way=GivesWay(give_way, give_way_start, inside),
     # A fluid that is elastic in series with its flow is this spring, as stiff as f h has it.
     alike_at_one_level=frozenset({"preyield_stiffness"}),
 )
