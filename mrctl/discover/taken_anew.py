@@ -21,6 +21,8 @@ from mrctl.model.effects.base import Effect, Stage
 
 PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
 PLACINGS = 6  # as PASTS, of the strokes' zeros: a stop's place and theirs go together
+MEASURED = 0.03  # of a run's stroke, that a measured one's zero may be off; ...
+MOST_LEFT = 0.5  # ... if that leaves no more of a model's mean square than this
 
 
 def retimed(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
@@ -71,18 +73,38 @@ def remembered(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
 
 
 def centred(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
-    """Strokes that were integrated with the zeros that a model finds, and that fitted to them.
+    """Strokes with the zeros that a model finds, and that fitted to them; of a model that acts at places.
 
-    Such a model acts at places of the stroke.
+    Those that were integrated first. Those that were measured may have a zero of each run's own, too: they
+    are believed unless a model then takes most of what it left.
     """
-    unknown = ["displacement_m" in evidence.campaign.runs[r.run].derived for r in evidence.full]
-    both = zip(evidence.full, evidence.records, strict=True)
-    whole = [len(r) / r.rate_hz > WHOLE * len(full) / full.rate_hz for full, r in both]
     placed = [e for e in proof.fit.model.effects.chosen if "displacement" in e.needs]
+    if not placed:
+        return evidence, proof
     others = _beginnings(evidence, placed)
-    for number in range(PLACINGS if placed and any(unknown) else 0):
-        within = FARTHEST / 2.0**number
-        by_m = stroke_zeros(proof.fit.model, proof.fit.theta, unknown, whole, within)
+    derived = ["displacement_m" in evidence.campaign.runs[r.run].derived for r in evidence.full]
+    if any(derived):
+        both = zip(evidence.full, evidence.records, strict=True)
+        whole = [len(r) / r.rate_hz > WHOLE * len(full) / full.rate_hz for full, r in both]
+        evidence, proof = _centred(evidence, proof, others, derived, whole, FARTHEST)
+    if all(derived) or evidence.budget(proof.fit).excess <= 0.0:
+        return evidence, proof
+    steady = [False] * len(derived)
+    anew, there = _centred(evidence, proof, others, [not d for d in derived], steady, MEASURED)
+    return (anew, there) if there.mean_square < MOST_LEFT * proof.mean_square else (evidence, proof)
+
+
+def _centred(
+    evidence: Evidence,
+    proof: Proof,
+    others: list[dict[str, tuple[float, ...]]],
+    unknown: list[bool],
+    whole: list[bool],
+    farthest: float,
+) -> tuple[Evidence, Proof]:
+    """Strokes moved and the model fitted in turn, each time within half as much, until none moves."""
+    for number in range(PLACINGS):
+        by_m = stroke_zeros(proof.fit.model, proof.fit.theta, unknown, whole, farthest / 2.0**number)
         if not by_m.any():
             break
         centres_m = np.array(evidence.centres_m or np.zeros(len(unknown))) + np.abs(by_m).sum(axis=1)

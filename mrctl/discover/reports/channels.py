@@ -43,7 +43,7 @@ def channel_words(d: Diagnosis) -> str:
     far = [abs(x) for x in d.evidence.centres_m if x]
     if far:
         span = f"{1e3 * max(far):.2g} mm"
-        words += f" The stroke, integrated, has another zero in {len(far)} runs, by up to {span}: taken so."
+        words += f" The stroke has another zero in {len(far)} runs, by up to {span}: taken so."
     resting = [x for x in d.evidence.rests_s if x]
     if resting:
         span = f"{max(resting):.2g} s"

@@ -22,16 +22,15 @@ STOP = {
     "lag_s": 0.0,
 }
 LOST, BY_M, TILT_M = 1, 2e-3, 1e-3
+ZERO_M = 7e-4  # of a measured stroke, as sensors are set
 
 
-def _evidence(derived=()):
-    """Runs that reach a stop, of which one has lost its zero, and all say that theirs was integrated."""
+def _evidence(derived=(), by_m=0.0, tilt_m=0.0):
+    """Runs that reach a stop, one with its zero elsewhere; what all say to be derived."""
     plain = few(rich({"end_stop": STOP}))
     runs = [replace(r, derived=derived) for r in plain.runs]
-    if derived:
-        x = runs[LOST].displacement_m
-        off = BY_M + TILT_M * np.linspace(-1.0, 1.0, x.size)
-        runs[LOST] = replace(runs[LOST], displacement_m=x + off)
+    x = runs[LOST].displacement_m
+    runs[LOST] = replace(runs[LOST], displacement_m=x + by_m + tilt_m * np.linspace(-1.0, 1.0, x.size))
     return Evidence.of(replace(plain, runs=tuple(runs)))
 
 
@@ -41,7 +40,7 @@ def _with_stop(evidence):
 
 
 def test_a_stop_tells_where_a_stroke_has_its_zero_and_how_it_drifts():
-    proof, lost = _with_stop(_evidence()), _evidence(("displacement_m",))
+    proof, lost = _with_stop(_evidence()), _evidence(("displacement_m",), BY_M, TILT_M)
     model, count = proof.fit.model.on(lost.full), len(lost.full)
     found = stroke_zeros(model, proof.fit.theta, [True] * count, [True] * count)
     assert found[LOST] == pytest.approx([-BY_M, -TILT_M], abs=3e-4)
@@ -50,7 +49,7 @@ def test_a_stop_tells_where_a_stroke_has_its_zero_and_how_it_drifts():
 
 
 def test_with_it_little_but_noise_is_left():
-    lost = _evidence(("displacement_m",))
+    lost = _evidence(("displacement_m",), BY_M, TILT_M)
     bent = _with_stop(lost)
     placed, mended = centred(lost, bent)
     assert mended.mean_square < 3.0 * NOISE_N**2 < 0.01 * bent.mean_square
@@ -62,3 +61,11 @@ def test_a_stroke_that_was_measured_keeps_its_zero():
     evidence = _evidence()
     proof = _with_stop(evidence)
     assert centred(evidence, proof) == (evidence, proof)
+
+
+def test_unless_a_model_then_takes_most_of_what_it_left():
+    lost = _evidence((), ZERO_M)
+    bent = _with_stop(lost)
+    placed, mended = centred(lost, bent)
+    assert mended.mean_square < 3.0 * NOISE_N**2 < 0.1 * bent.mean_square
+    assert placed.centres_m[LOST] == pytest.approx(ZERO_M, abs=2e-4)
