@@ -9,6 +9,8 @@ run, differentiated stroke, short runs, one run), G road-like motion, H other si
 A family named twice is drawn from twice as densely. One seed holds so many cases; for more, and in place of
 those that came twice, the next seeds are taken, and said.
 
+Ctrl-C ends it with the table of the cases done so far.
+
 At the price of more time: --follow makes the run that an ambiguous diagnosis proposes and diagnoses again,
 --parameters sets values and intervals beside the truth, --inverse adds what was found to the model and
 measures prediction and force tracking on new runs of the hidden damper.
@@ -42,6 +44,8 @@ from mrctl.discover.diagnose import diagnose
 from mrctl.discover.reports.figures import parameters_of
 from mrctl.measurements import load_campaign
 from mrctl.report.progress import Progress
+
+STOPPED = 130  # exit code, as a shell's after Ctrl-C
 
 
 def diagnosed(folder: Path, key: tuple = (), *, rounds: int = 0, track: bool = False) -> tuple[str, dict]:
@@ -102,6 +106,29 @@ def opponents(python: str, out: Path, cases: list[str]) -> dict:
     return {f.stem.removeprefix("opponents_"): json.loads(f.read_text()) for f in files}
 
 
+def gone_through(args: argparse.Namespace, hidden: dict, results: dict, rivals: dict) -> None:
+    """Draws and diagnoses the cases, seed after seed, into these as they are done."""
+    seed = args.seed
+    with tempfile.TemporaryDirectory() as place:
+        while len(hidden) < args.cases:
+            out = Path(place) / str(seed)
+            new = campaigns(seed, args.family, args.cases - len(hidden), out)
+            hidden |= new
+            with (
+                ProcessPoolExecutor(args.jobs) as pool,
+                Progress(f"Diagnosing, seed {seed}", len(new)) as progress,
+            ):
+                ask = partial(diagnosed, rounds=args.follow, track=args.inverse)
+                folders, keys = [out / name for name in new], [tuple(c["key"]) for c in new.values()]
+                for name, result in pool.map(ask, folders, keys):
+                    results[name] = result
+                    progress.advance(note=f"{name} {result['verdict']}")
+            if args.opponents:
+                for tool, answers in opponents(args.opponents, out, list(new)).items():
+                    rivals.setdefault(tool, {}).update(answers)
+            seed += 1
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -130,25 +157,13 @@ def main() -> int:
     hidden: dict = {}
     results: dict = {}
     rivals: dict = {}
-    seed = args.seed
-    with tempfile.TemporaryDirectory() as place:
-        while len(hidden) < args.cases:
-            out = Path(place) / str(seed)
-            new = campaigns(seed, args.family, args.cases - len(hidden), out)
-            hidden |= new
-            with (
-                ProcessPoolExecutor(args.jobs) as pool,
-                Progress(f"Diagnosing, seed {seed}", len(new)) as progress,
-            ):
-                ask = partial(diagnosed, rounds=args.follow, track=args.inverse)
-                folders, keys = [out / name for name in new], [tuple(c["key"]) for c in new.values()]
-                for name, result in pool.map(ask, folders, keys):
-                    results[name] = result
-                    progress.advance(note=f"{name} {result['verdict']}")
-            if args.opponents:
-                for tool, answers in opponents(args.opponents, out, list(new)).items():
-                    rivals.setdefault(tool, {}).update(answers)
-            seed += 1
+    stopped = False
+    try:
+        gone_through(args, hidden, results, rivals)
+    except KeyboardInterrupt:
+        stopped = True
+        print(f"stopped: {len(results)} of {args.cases} cases are done", file=sys.stderr)
+        hidden = {name: case for name, case in hidden.items() if name in results}
     if args.json:
         args.json.write_text(json.dumps({"results": results, "truth": hidden}, default=float))
     score.table(results, hidden, each=args.each)
@@ -161,7 +176,7 @@ def main() -> int:
     for tool, answers in rivals.items():
         print(f"\n== {tool}")
         score.table(answers, hidden)
-    return 0
+    return STOPPED if stopped else 0
 
 
 if __name__ == "__main__":

@@ -43,7 +43,7 @@ class _Screen:
 def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, asked, best):
     _Screen.gains, _Screen.asked = dict(zip([(1.0,), (2.0,), (3.0,)], gains, strict=True)), []
     monkeypatch.setattr(module, "Screen", _Screen)
-    monkeypatch.setattr(module, "ranges_of", lambda _: None)
+    monkeypatch.setattr(module, "reach_of", lambda _: None)
     fit = SimpleNamespace(model=SimpleNamespace(records=[], common=[]))
     few = SimpleNamespace(residual=np.ones(4), fit=fit)
     whole = SimpleNamespace(residual=np.ones(4), fit=fit, glance=lambda _: few)
