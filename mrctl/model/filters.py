@@ -54,7 +54,11 @@ def plain_lag(c: Coefficients) -> Coefficients:
     samples = (b1 + 2.0 * b2 + 3.0 * b3) / (b0 + b1 + b2 + b3) - (a1 + 2.0 * a2 + 3.0 * a3) / (
         1.0 + a1 + a2 + a3
     )
-    samples = max(samples, 0.0)
+    return first_order(max(samples, 0.0))
+
+
+def first_order(samples: float) -> Coefficients:
+    """The lag whose output is `samples` times its last change behind its input (backward Euler)."""
     return (1.0 / (1.0 + samples), 0.0, 0.0, 0.0, -samples / (1.0 + samples), 0.0, 0.0)
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mrctl.model.effects.base import Effect, GivesWay, Parameter, Ranges, Stage, Undo, Vector
-from mrctl.model.filters import Coefficients, iir_step, settled_state
+from mrctl.model.filters import Coefficients, first_order, iir_step, settled_state
 from mrctl.model.static import StaticTables, backbone_force, force_level
 from mrctl.model.tables import interpolate
 
@@ -24,8 +24,7 @@ def softness(p: Sequence[float], bent_m: float) -> float:
 
 def inside(p: Sequence[float], lag: Coefficients) -> Coefficients:
     """The lag of the force that the mount carries: the part of H's that is no load cell's."""
-    samples = p[3] * (1.0 / lag[0] - 1.0)
-    return (1.0 / (1.0 + samples), 0.0, 0.0, 0.0, -samples / (1.0 + samples), 0.0, 0.0)
+    return first_order(p[3] * (1.0 / lag[0] - 1.0))
 
 
 def step(
