@@ -163,6 +163,8 @@ def main() -> int:
     except KeyboardInterrupt:
         stopped = True
         print(f"stopped: {len(results)} of {args.cases} cases are done", file=sys.stderr)
+        if not results:
+            return STOPPED
         hidden = {name: case for name, case in hidden.items() if name in results}
     if args.json:
         args.json.write_text(json.dumps({"results": results, "truth": hidden}, default=float))
@@ -175,7 +177,7 @@ def main() -> int:
         tracking.table(results, hidden)
     for tool, answers in rivals.items():
         print(f"\n== {tool}")
-        score.table(answers, hidden)
+        score.table(answers, {name: case for name, case in hidden.items() if name in answers})
     return STOPPED if stopped else 0
 
 
