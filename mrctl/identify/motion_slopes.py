@@ -83,13 +83,13 @@ class Motion:
         rows /= SLOPE_STEP
         return self._rows(np.zeros_like(rows), rows, np.zeros(run.size), factor)
 
-    def _plain_lag(self, filter_: Array) -> Coefficients:
-        return plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients)
+    def _lag_inside(self, filter_: Array) -> Coefficients:
+        """That of the force which the motion gives way to."""
+        _, p, way = self._giving_way
+        return way.inside(p, plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients))
 
     def _lag(self, filter_: Array) -> tuple[Array, Array]:
-        """That of the force which the motion gives way to, as a numerator and a denominator."""
-        _, p, way = self._giving_way
-        b0, b1, b2, b3, *a = way.inside(p, self._plain_lag(filter_))
+        b0, b1, b2, b3, *a = self._lag_inside(filter_)
         return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
 
     def _rows(self, static: Array, lagged_n: Array, gain: Array, factor: int) -> Rows:
@@ -126,7 +126,7 @@ class Motion:
         states = first.shape[1]
         by = np.empty((run.size, 2 + states, 1 + states))
         loop = compiled(loops.way_slopes, step, f"{effect.name}_way")
-        loop(p, self.damping_n_s_m, given_m, self._plain_lag(self.filter), run.dt_s, by)
+        loop(p, self.damping_n_s_m, given_m, self._lag_inside(self.filter), run.dt_s, by)
         firsts = np.zeros((run.starts.size - 1, states, 2))
         firsts[:, :, 0] = first
         return heard(by, firsts, inputs=1)

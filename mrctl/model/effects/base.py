@@ -234,8 +234,9 @@ class GivesWay(NamedTuple):
     `step(p, s, force_n, damping_n_s_m, given_m, lag, dt_s)` says how the piston's velocity and displacement
     change when the damper's force at a given motion changes by `force_n`, in proportion to that and to the
     state, damping being the slope of f g h over the velocity, `given_m` by how much less than the rod the
-    piston has moved, `s` and `lag` as in the effect's step. `start(p, force_n, given_m)` is the state in
-    which the first sample has lasted for ever. `inside(p, lag)` is the lag of the force that it hangs on.
+    piston has moved, `s` as in the effect's step. `start(p, force_n, given_m)` is the state in which the
+    first sample has lasted for ever. `inside(p, lag)` is the lag of the force that it hangs on, which `step`
+    is given, from that of the effect's step.
     """
 
     step: Step

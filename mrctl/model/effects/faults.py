@@ -59,7 +59,10 @@ def _of_another_kind(effect: Effect) -> Iterator[str]:
         fits = inspect.isfunction(function) if what in COMPILED else callable(function)
         if not fits and (function is not None or what == "step"):
             yield f"{what} is a {_kind(effect, what)}, not a plain function; name one that `def` makes"
-    others = (("gives_way", GivesWay | None, "GivesWay(step, start)"), ("rank", int, "a whole number"))
+    others = (
+        ("gives_way", GivesWay | None, "GivesWay(step, start, inside)"),
+        ("rank", int, "a whole number"),
+    )
     for what, kind, one in others:
         if not isinstance(getattr(effect, what), kind):
             yield f"{what} is a {_kind(effect, what)}; make it {one}"

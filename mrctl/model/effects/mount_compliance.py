@@ -123,7 +123,6 @@ def give_way(
     dt_s: float,
 ) -> tuple[float, float]:
     """The step's derivative: how the piston's velocity in m/s and displacement in m move."""
-    lag = inside(p, lag)
     free = (4.0 * s[3] - s[4]) / 3.0
     soft = softness(p, bent_m)
     inertia = soft * p[1] + 2.0 / 3.0 * dt_s
