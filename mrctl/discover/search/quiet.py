@@ -1,12 +1,15 @@
 """Whether a model leaves white noise and next to nothing more: then a search beside it can find nothing.
 
 What a damper does fades with frequency, and no effect is named that takes less than a share of what is left.
-So where that is as loud at low frequencies as at high ones, no candidate need be fitted to know.
+So where that is as loud at low frequencies as at high ones, no candidate need be fitted to know. But what is
+late by a fixed time does not fade: a force that steps at each turn leaves a spike there, as loud at all
+frequencies. So nor may what is left follow the modelled force, a few samples before or after.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.proof import Proof
@@ -19,16 +22,34 @@ LOW = 0.15  # of the rate at which forces are weighed, below which a damper acts
 SURE = 3.0  # standard errors of the level of noise, beyond which there is nothing
 ALIKE = 1.5  # lines that a window makes one
 FEWEST = 64  # samples of a record, for its spectrum to say something
+AROUND = 4  # samples before and after, by which what is left may follow the force
+ROUNDING = 1e-12  # of the largest force's power, below which a direction says nothing
 
 
 def is_quiet(before: Proof) -> bool:
     """Whether no effect can take enough off a model to be named: what it leaves may be white noise."""
-    parts = before.fit.model.residuals(before.fit.theta)
+    model, theta = before.fit.model, before.fit.theta
+    parts = model.residuals(theta)
     if min(part.size for part in parts) < FEWEST:
+        return False
+    least = least_accepted_n2(before) * float(sum(part.size for part in parts))
+    forces = (model.weighed(r, f) for r, f in zip(model.records, model.predict(theta), strict=True))
+    if _follows([f[f.size - part.size :] for f, part in zip(forces, parts, strict=True)], parts) > least:
         return False
     found = np.array([_over_the_noise(part) for part in parts])
     over, doubt = float(found[:, 0].sum()), float(np.sqrt(found[:, 1].sum()))
-    return over + SURE * doubt < least_accepted_n2(before) * float(sum(part.size for part in parts))
+    return over + SURE * doubt < least
+
+
+def _follows(forces: list[Array], parts: list[Array]) -> float:
+    """The square sum (N²) of residuals that one linear filter makes of the forces, of any phase."""
+    taps = 2 * AROUND + 1
+    gram, along = np.zeros((taps, taps)), np.zeros(taps)
+    for force, part in zip(forces, parts, strict=True):
+        moved = sliding_window_view(force - force.mean(), taps)
+        gram += moved.T @ moved
+        along += moved.T @ part[AROUND:-AROUND]
+    return float(along @ np.linalg.pinv(gram, ROUNDING, hermitian=True) @ along)
 
 
 def _over_the_noise(residual: Array) -> tuple[float, float]:

@@ -14,10 +14,16 @@ RATE_HZ, RUNS, SAMPLES, NOISE_N, FORCE_N = 500.0, 10, 4000, 5.0, 500.0
 T = np.arange(SAMPLES) / RATE_HZ
 
 
-def _leaves(*residuals: np.ndarray) -> SimpleNamespace:
-    """As much of a proof as is asked: what its model leaves of each run."""
+def _leaves(*residuals: np.ndarray, force_n: np.ndarray | None = None) -> SimpleNamespace:
+    """As much of a proof as is asked: what its model leaves of each run, and its force in all."""
+    force_n = FORCE_N * np.sin(2.0 * np.pi * 2.0 * T) if force_n is None else force_n
     records = [SimpleNamespace(force_n=np.full(SAMPLES, FORCE_N)) for _ in residuals]
-    model = SimpleNamespace(residuals=lambda _: list(residuals), records=records)
+    model = SimpleNamespace(
+        residuals=lambda _: list(residuals),
+        predict=lambda _: [force_n for _ in residuals],
+        weighed=lambda _record, force: force,
+        records=records,
+    )
     whole = float(np.mean(np.concatenate(residuals) ** 2))
     return SimpleNamespace(fit=SimpleNamespace(model=model, theta=None), mean_square=whole)
 
@@ -50,3 +56,13 @@ def test_noise_that_remembers_is_not_told_from_a_force():
 
 def test_a_run_too_short_to_tell_is_not():
     assert not is_quiet(_leaves(*(one[:40] for one in _noise(1))))
+
+
+def test_what_a_delay_leaves_is_not_though_it_is_white():
+    """Spikes of either sign where a force turns at random: as loud at every frequency."""
+    random = np.random.default_rng(7)
+    force = FORCE_N * np.sign(random.normal(size=SAMPLES))
+    late = 0.005 * (np.roll(force, 1) - force)  # 5 N in RMS where it turned
+    residuals = [one + late for one in _noise(2)]
+    assert is_quiet(_leaves(*residuals))  # beside another force
+    assert not is_quiet(_leaves(*residuals, force_n=force))
