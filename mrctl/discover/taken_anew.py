@@ -16,13 +16,15 @@ from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
 from mrctl.discover.evidence import WHOLE, Evidence
 from mrctl.discover.fits.proof import Proof, prove
+from mrctl.discover.fits.refit import error_on
 from mrctl.discover.fits.screen import ranges_of
 from mrctl.model.effects.base import Effect, Stage
 
 PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
 PLACINGS = 6  # as PASTS, of the strokes' zeros: a stop's place and theirs go together
 MEASURED = 0.03  # of a run's stroke, that a measured one's zero may be off; ...
-MOST_LEFT = 0.5  # ... if that leaves no more of a model's mean square than this
+MOST_LEFT = 0.5  # ... if that leaves no more of a model's mean square than this, ...
+FIRST_LEFT = 0.8  # ... and the first placing alone, before any fit, no more than this
 
 
 def retimed(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
@@ -90,7 +92,8 @@ def centred(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
     if all(derived) or evidence.budget(proof.fit).excess <= 0.0:
         return evidence, proof
     steady = [False] * len(derived)
-    anew, there = _centred(evidence, proof, others, [not d for d in derived], steady, MEASURED)
+    measured = [not d for d in derived]
+    anew, there = _centred(evidence, proof, others, measured, steady, MEASURED, FIRST_LEFT)
     return (anew, there) if there.mean_square < MOST_LEFT * proof.mean_square else (evidence, proof)
 
 
@@ -101,14 +104,22 @@ def _centred(
     unknown: list[bool],
     whole: list[bool],
     farthest: float,
+    most_left: float = np.inf,
 ) -> tuple[Evidence, Proof]:
-    """Strokes moved and the model fitted in turn, each time within half as much, until none moves."""
+    """Strokes moved and the model fitted in turn, each time within half as much, until none moves.
+
+    The same where the first time, before a fit, leaves more of the mean square than `most_left`.
+    """
     for number in range(PLACINGS):
         by_m = stroke_zeros(proof.fit.model, proof.fit.theta, unknown, whole, farthest / 2.0**number)
         if not by_m.any():
             break
+        anew = evidence.each(partial(moved, by_m=by_m))
+        left, before = (error_on(proof.fit, e.records) ** 2 for e in (anew, evidence))
+        if number == 0 and left > most_left * before:
+            break
         centres_m = np.array(evidence.centres_m or np.zeros(len(unknown))) + np.abs(by_m).sum(axis=1)
-        evidence = replace(evidence.each(partial(moved, by_m=by_m)), centres_m=tuple(centres_m.tolist()))
+        evidence = replace(anew, centres_m=tuple(centres_m.tolist()))
         proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
     return evidence, proof
 
