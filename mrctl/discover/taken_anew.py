@@ -18,6 +18,7 @@ from mrctl.discover.evidence import WHOLE, Evidence
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.refit import error_on
 from mrctl.discover.fits.screen import ranges_of
+from mrctl.discover.search.quiet import is_quiet
 from mrctl.model.effects.base import Effect, Stage
 
 PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
@@ -89,7 +90,7 @@ def centred(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
         both = zip(evidence.full, evidence.records, strict=True)
         whole = [len(r) / r.rate_hz > WHOLE * len(full) / full.rate_hz for full, r in both]
         evidence, proof = _centred(evidence, proof, others, derived, whole, FARTHEST)
-    if all(derived) or evidence.budget(proof.fit).excess <= 0.0:
+    if all(derived) or is_quiet(proof) or evidence.budget(proof.fit).excess <= 0.0:
         return evidence, proof
     steady = [False] * len(derived)
     measured = [not d for d in derived]

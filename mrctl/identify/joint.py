@@ -331,7 +331,8 @@ class JointModel:
                 penalties,
                 free=free,
                 iterations=iterations,
-                tolerance=max(least, tolerance * self.cost(theta)) if tolerance else least,
+                tolerance=least,
+                share=tolerance,
                 bend=self.bend,
             )
             theta = solution.theta

@@ -56,11 +56,13 @@ def solve(
     free: NDArray[np.bool_] | None = None,
     iterations: int = 20,
     tolerance: float = 1e-4,
+    share: float = 0.0,
     bend: Callable[[Array, Array], Array | None] = lambda _theta, _step: None,
 ) -> Solution:
     """Minimise cost plus penalties within bounds; `tolerance` is the decrease, in cost units, worth a step.
 
     The cost is a negative log-likelihood, so a decrease of 1e-4 is far inside every interval.
+    share: of the cost where it is, that a decrease has to be as well: a start from afar must not tell.
     bend: at the point of the last normal equations, J'W F'' for the forces' second derivative along a step;
     None where it is not known.
     """
@@ -102,11 +104,12 @@ def solve(
         if not step_taken:
             converged = True
             break
+        least = max(tolerance, share * there)
         gain, before = here - there, gain
         last_gain = max(gain, before)
         theta, here = trial, there
         # A short step wins little wherever it is: only a full one that wins little is the end.
-        small = small + 1 if gain < tolerance else 0
+        small = small + 1 if gain < least else 0
         full_step = damping <= FULL_STEP
         damping = max(damping / 10.0, 1e-10)
         system = normal(theta)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.proof import Proof, prove
-from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, pursued, raced
 from mrctl.discover.fits.screen import Look, Screen, ranges_of
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
@@ -223,5 +223,7 @@ def again(proof: Proof, base: Array, folds: Folds) -> Proof:
     """The better of a fit and the same fit begun with another base."""
     fit, model = proof.fit, proof.fit.model
     theta = np.concatenate([base, fit.theta[base.size :]])
-    other = _quick(model, theta, fit.penalties, fit.moving)
-    return prove(other, folds) if other.total < fit.total - WORTH_MOVING else proof
+    fitted = partial(model.fit, penalties=fit.penalties, free=fit.moving, rounds=1)
+    worth = fit.total - WORTH_MOVING
+    other = pursued(fitted, theta, ITERATIONS, worth)
+    return prove(other, folds) if other.total < worth else proof

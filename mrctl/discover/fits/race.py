@@ -27,22 +27,23 @@ def raced(
 
     heat, fitted: as `JointModel.fit`, the heats' on as much data as is enough to choose by; cost: on all
     data. Where the choice was wrong, and another place costs less than the fit, that is where it begins anew.
-    known: the total cost of a fit that this one has to better; one that is not on its way there ends early.
+    known: as `pursued` has it.
     """
-
-    def run(theta: Array) -> JointFit:
-        first = fitted(theta, iterations=HEAT, tolerance=TOLERANCE)
-        more = iterations - HEAT
-        if first.solution.converged or first.total - more * first.solution.last_gain > known:
-            return first
-        return fitted(first.theta, iterations=more, tolerance=TOLERANCE)
-
     heats = [heat(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
     best = min(heats, key=lambda heat: heat.total)
-    fit = run(best.theta)
+    fit = pursued(fitted, best.theta, iterations, known)
     costs = [(cost(theta), theta) for theta in (*starts, *(one.theta for one in heats if one is not best))]
     least, there = min(costs, key=lambda one: one[0])
     if least >= cost(fit.theta):
         return fit
-    other = run(there)
+    other = pursued(fitted, there, iterations, known)
     return min(fit, other, key=lambda one: one.total)
+
+
+def pursued(fitted: Callable[..., JointFit], theta: Array, iterations: int, known: float) -> JointFit:
+    """The fit from one start, ended early where it is not on its way to better a known total cost."""
+    first = fitted(theta, iterations=HEAT, tolerance=TOLERANCE)
+    more = iterations - HEAT
+    if first.solution.converged or first.total - more * first.solution.last_gain > known:
+        return first
+    return fitted(first.theta, iterations=more, tolerance=TOLERANCE)

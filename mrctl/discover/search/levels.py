@@ -15,6 +15,7 @@ from mrctl.discover.fits.robust import second_opinions
 from mrctl.discover.fits.screen import Look, reach_of
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.discover.search.looks import looks, usual_looks
+from mrctl.discover.search.quiet import is_quiet
 from mrctl.discover.verdict.worth import least_n2
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.plain_lags import with_lag_of_two
@@ -78,7 +79,7 @@ def search_level(
     """Look at every candidate beside the model, and fit those that take at least `near` of the best.
 
     known: the same model with one of the candidates, already proven: that one is not fitted again, and the
-    base it leads to is opinion enough.
+    base it leads to is opinion enough, as is that of a trial with which nothing is left.
     """
     tangent = Tangent.of(before.fit)
     seen = looks(tangent, candidates)
@@ -104,7 +105,8 @@ def search_level(
         done(", ".join(one.effect.name for one in promising))
         # A look that its fit does not bear out must not keep others from being fitted.
         best = max((before.mean_square - t.proof.mean_square) / n2 * whole for t in trials)
-    for other in [] if own else second_opinions(before.fit):
+    told = bool(own) or any(is_quiet(t.proof) for t in trials)
+    for other in [] if told else second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage not in DEAR_TOGETHER]
         rest = float(frozen.residual @ frozen.residual)
