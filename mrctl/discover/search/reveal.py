@@ -13,17 +13,17 @@ Array = NDArray[np.float64]
 LEAST_SIGNAL = 30.0  # square sum in units of the noise that an effect of usual size must leave
 FAST_SHARE = 0.3  # of the speed that both directions reach: below, hysteresis blurs the tables
 SEEN_SHARE = 0.02  # of the force, by which the directions differ before it is said
+OWN = "one that is alike at all currents is the base model's own"
 
 
 def taken_up(hidden: dict[str, str], layout: Layout, tables: Tables) -> dict[str, str]:
     """The same reasons; where g itself has what an asymmetry would have been for, with how much that is."""
     change = compression_change(layout, tables)
-    if "rebound_asymmetry" not in hidden or abs(change) < SEEN_SHARE:
+    if abs(change) < SEEN_SHARE:
         return hidden
     more = "more" if change > 0.0 else "less"
-    words = (
-        f"{hidden['rebound_asymmetry']}; g damps compression {100.0 * abs(change):.2g} % {more} than rebound"
-    )
+    why = hidden.get("rebound_asymmetry", OWN)
+    words = f"{why}; g damps compression {100.0 * abs(change):.2g} % {more} than rebound"
     return hidden | {"rebound_asymmetry": words}
 
 

@@ -29,4 +29,10 @@ def test_an_asymmetry_that_g_has_is_told_with_its_size():
     assert told["rebound_asymmetry"] == "taken up; g damps compression 15 % less than rebound"
     assert told["gas_spring"] == "no stroke"
     assert taken_up(hidden, *_tables(1.0)) == hidden
-    assert taken_up({}, *_tables(0.85)) == {}
+
+
+def test_an_asymmetry_that_g_has_is_told_also_where_one_that_the_current_changes_would_show():
+    told = taken_up({}, *_tables(0.85))["rebound_asymmetry"]
+    assert told.startswith("one that is alike at all currents is the base model's own")
+    assert told.endswith("g damps compression 15 % less than rebound")
+    assert taken_up({}, *_tables(1.0)) == {}
