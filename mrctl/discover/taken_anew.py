@@ -19,6 +19,7 @@ from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.refit import error_on
 from mrctl.discover.fits.screen import ranges_of
 from mrctl.discover.search.quiet import is_quiet
+from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.base import Effect, Stage
 
 PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
@@ -116,13 +117,18 @@ def _centred(
         if not by_m.any():
             break
         anew = evidence.each(partial(moved, by_m=by_m))
-        left, before = (error_on(proof.fit, e.records) ** 2 for e in (anew, evidence))
-        if number == 0 and left > most_left * before:
+        if number == 0 and _moving_leaves(proof.fit, anew, evidence) > most_left:
             break
         centres_m = np.array(evidence.centres_m or np.zeros(len(unknown))) + np.abs(by_m).sum(axis=1)
         evidence = replace(anew, centres_m=tuple(centres_m.tolist()))
         proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
     return evidence, proof
+
+
+def _moving_leaves(fit: JointFit, moved_there: Evidence, before: Evidence) -> float:
+    """What a fit leaves of strokes that were moved, as a share of the mean square that it left before."""
+    left, was = (error_on(fit, evidence.records) ** 2 for evidence in (moved_there, before))
+    return left / max(was, 1e-300)
 
 
 def _beginnings(evidence: Evidence, chosen: Iterable[Effect]) -> list[dict[str, tuple[float, ...]]]:

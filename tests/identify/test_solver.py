@@ -56,6 +56,18 @@ def test_a_bound_in_the_valley_holds():
     assert found.held.tolist() == [True, False]
 
 
+def test_a_start_from_afar_does_not_tell_when_a_step_is_no_longer_worth_it():
+    valley, far = Valley(), np.array([-1.9, 200.0])
+    share = 1e-6
+    assert share * valley.cost(far) > 100.0  # more than any step along the valley wins
+    found = solve(
+        valley.normal, valley.cost, far, -FAR, FAR, [],
+        iterations=300, tolerance=1e-12, share=share, bend=valley.bend,
+    )  # fmt: skip
+    assert found.converged
+    assert found.theta == pytest.approx([1.0, 1.0], abs=1e-3)
+
+
 def test_slopes_that_rounding_made_parallel_still_give_a_step():
     rows = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [0.5, -1.0, 2.0]])
     gram = rows @ rows.T

@@ -28,13 +28,13 @@ ROUNDING = 1e-12  # of the largest force's power, below which a direction says n
 
 def is_quiet(before: Proof) -> bool:
     """Whether no effect can take enough off a model to be named: what it leaves may be white noise."""
-    model, theta = before.fit.model, before.fit.theta
-    parts = model.residuals(theta)
+    model = before.fit.model
+    parts = model.residuals(before.fit.theta)
     if min(part.size for part in parts) < FEWEST:
         return False
     least = least_accepted_n2(before) * float(sum(part.size for part in parts))
-    forces = (model.weighed(r, f) for r, f in zip(model.records, model.predict(theta), strict=True))
-    if _follows([f[f.size - part.size :] for f, part in zip(forces, parts, strict=True)], parts) > least:
+    measured = (model.weighed(r, r.force_n) for r in model.records)
+    if _follows([f[-part.size :] - part for f, part in zip(measured, parts, strict=True)], parts) > least:
         return False
     found = np.array([_over_the_noise(part) for part in parts])
     over, doubt = float(found[:, 0].sum()), float(np.sqrt(found[:, 1].sum()))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from discover.hidden import NOISE_N, few, rich
 
+from mrctl.discover import taken_anew
 from mrctl.discover.channels.stroke_zeros import stroke_zeros
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.taken_anew import centred
@@ -69,3 +71,16 @@ def test_unless_a_model_then_takes_most_of_what_it_left():
     placed, mended = centred(lost, bent)
     assert mended.mean_square < 3.0 * NOISE_N**2 < 0.1 * bent.mean_square
     assert placed.centres_m[LOST] == pytest.approx(ZERO_M, abs=2e-4)
+
+
+def test_nor_is_anything_fitted_where_moving_a_measured_stroke_alone_takes_little(monkeypatch):
+    evidence = _evidence()
+    proof = _with_stop(evidence)
+    hardly = np.full((len(evidence.full), 2), [1e-5, 0.0])
+    asked = []
+    monkeypatch.setattr(taken_anew, "is_quiet", lambda _: False)
+    monkeypatch.setattr(Evidence, "budget", lambda *_: SimpleNamespace(excess=1.0))
+    monkeypatch.setattr(taken_anew, "stroke_zeros", lambda *_: asked.append(1) or hardly)
+    monkeypatch.setattr(taken_anew, "fitted_to", lambda *_: pytest.fail("fitted"))
+    assert centred(evidence, proof) == (evidence, proof)
+    assert asked

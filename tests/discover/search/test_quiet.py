@@ -12,17 +12,14 @@ from mrctl.discover.search.quiet import is_quiet
 
 RATE_HZ, RUNS, SAMPLES, NOISE_N, FORCE_N = 500.0, 10, 4000, 5.0, 500.0
 T = np.arange(SAMPLES) / RATE_HZ
+SLOW_N = np.sqrt(2.0) * FORCE_N * np.sin(2.0 * np.pi * 2.0 * T)
 
 
-def _leaves(*residuals: np.ndarray, force_n: np.ndarray | None = None) -> SimpleNamespace:
+def _leaves(*residuals: np.ndarray, force_n: np.ndarray = SLOW_N) -> SimpleNamespace:
     """As much of a proof as is asked: what its model leaves of each run, and its force in all."""
-    force_n = FORCE_N * np.sin(2.0 * np.pi * 2.0 * T) if force_n is None else force_n
-    records = [SimpleNamespace(force_n=np.full(SAMPLES, FORCE_N)) for _ in residuals]
+    records = [SimpleNamespace(force_n=force_n[: rest.size] + rest) for rest in residuals]
     model = SimpleNamespace(
-        residuals=lambda _: list(residuals),
-        predict=lambda _: [force_n for _ in residuals],
-        weighed=lambda _record, force: force,
-        records=records,
+        residuals=lambda _: list(residuals), weighed=lambda _record, force: force, records=records
     )
     whole = float(np.mean(np.concatenate(residuals) ** 2))
     return SimpleNamespace(fit=SimpleNamespace(model=model, theta=None), mean_square=whole)
