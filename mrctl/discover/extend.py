@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 Report = Callable[[float, str], None]
 
 WORSE = 1.02  # times the error on the runs left out: less is the same, which few runs cannot tell
+BORNE_OUT = 0.5  # of what it takes off runs fitted must an effect take off motions left out, in ratios
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +110,7 @@ def extend(
         models = [here.with_one_more(*way) for way in ways if way[0].name not in _names(here.chosen)]
         if begin is not None and not told:
             models += [one.begun_at(begin) for one in models if one.has_the_effects_of(begin)]
-            models = [min(models, key=lambda one: error_on(one.fit, parts.training))]
+            models = [min(models, key=lambda one: one.fitted_n)]
         sound = (one for one in _best_first(models) if not falling or one.bears_out(here, told=told))
         better = next(sound, None)
         if better is None:
@@ -150,6 +151,11 @@ class _Model:
         return error_on(self.fit, self.parts.held_out, self.parts.begins)
 
     @cached_property
+    def fitted_n(self) -> float:
+        """On the runs that it was fitted to."""
+        return error_on(self.fit, self.parts.training)
+
+    @cached_property
     def motions(self) -> Unseen | None:
         """How motions left out are predicted; None where they are not asked."""
         return self.motions_of(self.fit)
@@ -188,10 +194,14 @@ class _Model:
         return not (told and self.foretells_better_than(before) is False)
 
     def foretells_better_than(self, other: _Model) -> bool | None:
-        """Whether it predicts motions left out better; None where none were left out."""
+        """Whether it predicts motions left out better, by a fair share of what it fits better; None for none.
+
+        By less, it describes the motions at hand and says nothing of others.
+        """
         if self.motions is None or other.motions is None:
             return None
-        return self.motions.level < other.motions.level
+        taken = other.motions.level - self.motions.level
+        return taken > BORNE_OUT * max(float(np.log(other.fitted_n / self.fitted_n)), 0.0)
 
 
 def _best_first(models: Sequence[_Model]) -> list[_Model]:

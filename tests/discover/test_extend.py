@@ -124,11 +124,12 @@ class _Named(_Motions):
 def test_of_rivals_the_one_is_taken_that_foretells_best(monkeypatch, errors, runs, kept, refused):
     """errors: on motions left out, 10 without either; runs: on runs left out, 100 without and else 99.
 
-    Ratios of both count alike.
+    Ratios of both count alike. The runs fitted are 100 and 99.
     """
 
-    def error_on(fit, *_, **_scaled):
-        return next((runs.get(e.name, 99.0) for e in fit.model.effects.chosen), 100.0)
+    def error_on(fit, _records, begins=None, **_scaled):
+        left_out = {} if begins is None else runs
+        return next((left_out.get(e.name, 99.0) for e in fit.model.effects.chosen), 100.0)
 
     monkeypatch.setattr(module, "error_on", error_on)
     monkeypatch.setattr(module.Unseen, "of", _Named)
@@ -141,6 +142,22 @@ def test_of_rivals_the_one_is_taken_that_foretells_best(monkeypatch, errors, run
     )  # fmt: skip
     assert result.effects == kept
     assert result.refused == refused
+
+
+@pytest.mark.parametrize(("motions", "kept"), [(9.6, ()), (9.4, (FIRST,))])
+def test_a_part_of_the_truth_must_take_of_motions_left_out_a_share_of_what_it_takes_of_those_fitted(
+    monkeypatch, motions, kept
+):
+    """motions: the error on those left out, 10 without the effect, which takes a tenth of the runs fitted."""
+    monkeypatch.setattr(
+        module, "error_on", lambda fit, *_, **_scaled: 90.0 if fit.model.effects.size else 100.0
+    )
+    monkeypatch.setattr(module.Unseen, "of", _Named)
+    monkeypatch.setattr(_Named, "errors", {FIRST: motions}, raising=False)
+    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+    added = [effects()[FIRST]]
+    result = extend(one_frequency({FIRST: spring}), (), added, falling=True, unseen={FIRST})
+    assert result.effects == kept
 
 
 def test_a_rival_that_is_in_the_model_already_is_not_added_twice(monkeypatch):

@@ -71,7 +71,7 @@ def rounds_of(
             continue
         here, last = settled(best.proof, evidence.folds), level
         # Or what comes next makes up for it.
-        evidence, here = taken_anew.centred(*taken_anew.stepped(evidence, here))
+        evidence, here = taken_anew.centred(*taken_anew.stepped(*taken_anew.remembered(evidence, here)))
         found.append(best)
         if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
             here = renewed(here, [t.effect for t in found], evidence.folds)

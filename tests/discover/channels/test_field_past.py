@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from discover.campaigns import picked
-from hidden import NOISE_N, rich
+from hidden import NOISE_N, few, rich
 
 from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.search.rounds import rounds_of
 from mrctl.discover.taken_anew import remembered
 from mrctl.model.effects.registry import effects
 from mrctl.simulate import stages
@@ -35,6 +36,16 @@ def test_a_run_that_begins_after_a_larger_current_is_told_from_the_others():
     assert [r.before_a for r in after.records] == [r.before_a for r in after.full]
     assert better.mean_square < 1.2 * NOISE_N**2 < 0.5 * proof.mean_square
     assert better.fit.effect_values[effect.name][0] == pytest.approx(LOOP["half_width_a"], rel=0.05)
+
+
+def test_a_search_goes_on_from_runs_with_their_pasts():
+    """Else a second effect makes up for a run that begins wrong."""
+    evidence = Evidence.of(_after_a_fall(few(rich({"magnetic_hysteresis": LOOP}))))
+    known = [effects()[name] for name in ("magnetic_hysteresis", "self_heating")]
+    after, levels, found, _, _ = rounds_of(evidence, evidence.base(), known, lambda *_: None)
+    assert [t.effect.name for t in found] == ["magnetic_hysteresis"]
+    assert after.measured[-1].before_a == 3.0
+    assert len(levels) == 1  # and nothing is left to search
 
 
 def test_where_nothing_remembers_there_is_no_past():
