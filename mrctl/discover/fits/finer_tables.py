@@ -29,20 +29,27 @@ def finer_score(proof: Proof, colour: Array) -> float:
     in each record.
     """
     model, theta = finer(proof.fit)
-    was, left, gram, right, rows = [], [], np.zeros((model.size, model.size)), np.zeros(model.size), []
+    pairs = _with_finer(model, theta)
+    was, left = (np.maximum([float(part @ part) for part in one], 1e-300) for one in pairs)
+    more = model.size - proof.fit.model.size
+    independent = proof.counts / colour
+    return float(independent @ np.log(was / left)) - more * float(np.log(independent.sum()))
+
+
+def left_by_finer(proof: Proof) -> list[Array]:
+    """What finer tables would leave of a model's residuals in N, to first order as in `finer_score`."""
+    return _with_finer(*finer(proof.fit))[1]
+
+
+def _with_finer(model: JointModel, theta: Array) -> tuple[list[Array], list[Array]]:
+    """The residuals of a model with finer tables, at the values of coarser ones and at its own best ones."""
+    gram, right, rows = np.zeros((model.size, model.size)), np.zeros(model.size), []
     for weight, (rest, line) in zip(model.weights, model.jacobians(theta), strict=True):
         line.add_to(gram, right, rest, weight)
         rows.append((rest, line))
     step = scaled_solution(gram, right, RIDGE, np.diag(gram))
-    for rest, line in rows:
-        after = rest - step[line.index] @ line.values
-        was.append(float(rest @ rest))
-        left.append(float(after @ after))
     model.forget()
-    ratios = np.log(np.maximum(was, 1e-300) / np.maximum(left, 1e-300))
-    more = model.size - proof.fit.model.size
-    independent = proof.counts / colour
-    return float(independent @ ratios) - more * float(np.log(independent.sum()))
+    return [rest for rest, _ in rows], [rest - step[line.index] @ line.values for rest, line in rows]
 
 
 def finer(fit: JointFit) -> tuple[JointModel, Array]:

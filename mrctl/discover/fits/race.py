@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,8 @@ from mrctl.identify.joint_fit import JointFit
 
 Array = NDArray[np.float64]
 
-HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each start, before the best goes on
+HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each start, before the best goes on, ...
+MORE_HEATS = 4  # ... and times as many from those that may still become the best
 TOLERANCE = 1e-4  # share of the cost that another step must win
 
 
@@ -29,8 +31,8 @@ def raced(
     data. Where the choice was wrong, and another place costs less than the fit, that is where it begins anew.
     known: as `pursued` has it.
     """
-    heats = [heat(one, iterations=HEAT, tolerance=HEAT_TOLERANCE) for one in starts]
-    best = min(heats, key=lambda heat: heat.total)
+    heats = _heated(starts, partial(heat, iterations=HEAT, tolerance=HEAT_TOLERANCE))
+    best = min(heats, key=lambda one: one.total)
     fit = pursued(fitted, best.theta, iterations, known)
     costs = [(cost(theta), theta) for theta in (*starts, *(one.theta for one in heats if one is not best))]
     least, there = min(costs, key=lambda one: one[0])
@@ -38,6 +40,23 @@ def raced(
         return fit
     other = pursued(fitted, there, iterations, known)
     return min(fit, other, key=lambda one: one.total)
+
+
+def _heated(starts: Sequence[Array], heat: Callable[[Array], JointFit]) -> list[JointFit]:
+    """A few iterations from each start, and more where as much gain again would make it the best one."""
+    heats = [heat(one) for one in starts]
+    for _ in range(MORE_HEATS):
+        least = min(one.total for one in heats)
+        going = [not one.solution.converged and _promised(one) < least for one in heats]
+        if not any(going):
+            break
+        heats = [heat(one.theta) if on else one for one, on in zip(heats, going, strict=True)]
+    return heats
+
+
+def _promised(one: JointFit) -> float:
+    """The total cost of a fit, should it go on as it did last."""
+    return one.total - one.solution.last_gain
 
 
 def pursued(fitted: Callable[..., JointFit], theta: Array, iterations: int, known: float) -> JointFit:

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 MOST_FITTED = 5
 NEAR = 0.2  # of the best look's gain: looks below are not fitted, ...
 HOPELESS = 0.3  # ... nor those that take less than this share of what it takes to be named
+ENOUGH = 0.01  # of the mean square, that a trial may leave for its base to be believed
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
 CLOSE_TRIAL = 0.7  # of the best trial's gain, or its look's, to be begun once more from its base
@@ -79,7 +80,7 @@ def search_level(
     """Look at every candidate beside the model, and fit those that take at least `near` of the best.
 
     known: the same model with one of the candidates, already proven: that one is not fitted again, and the
-    base it leads to is opinion enough, as is that of a trial with which nothing is left.
+    base it leads to is opinion enough, as is that of a trial with which nothing is left, or next to nothing.
     """
     tangent = Tangent.of(before.fit)
     seen = looks(tangent, candidates)
@@ -105,7 +106,7 @@ def search_level(
         done(", ".join(one.effect.name for one in promising))
         # A look that its fit does not bear out must not keep others from being fitted.
         best = max((before.mean_square - t.proof.mean_square) / n2 * whole for t in trials)
-    told = bool(own) or any(is_quiet(t.proof) for t in trials)
+    told = bool(own) or any(t.proof.mean_square < ENOUGH * n2 or is_quiet(t.proof) for t in trials)
     for other in [] if told else second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage not in DEAR_TOGETHER]

@@ -3,7 +3,8 @@
 What a damper does fades with frequency, and no effect is named that takes less than a share of what is left.
 So where that is as loud at low frequencies as at high ones, no candidate need be fitted to know. But what is
 late by a fixed time does not fade: a force that steps at each turn leaves a spike there, as loud at all
-frequencies. So nor may what is left follow the modelled force, a few samples before or after.
+frequencies. So nor may what is left follow the modelled force, a few samples before or after. Where so
+little is left that an effect must be more than finer tables, what these would take is none.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from mrctl.discover.fits.finer_tables import left_by_finer
 from mrctl.discover.fits.proof import Proof
 from mrctl.discover.noise.spectral_floor import HIGHEST_SHARE, periodogram
-from mrctl.discover.verdict.worth import least_accepted_n2
+from mrctl.discover.verdict.worth import least_accepted_n2, least_n2
 
 Array = NDArray[np.float64]
 
@@ -32,13 +34,15 @@ def is_quiet(before: Proof) -> bool:
     parts = model.residuals(before.fit.theta)
     if min(part.size for part in parts) < FEWEST:
         return False
-    least = least_accepted_n2(before) * float(sum(part.size for part in parts))
+    samples = float(sum(part.size for part in parts))
+    least = least_accepted_n2(before) * samples
     measured = (model.weighed(r, r.force_n) for r in model.records)
     if _follows([f[-part.size :] - part for f, part in zip(measured, parts, strict=True)], parts) > least:
         return False
-    found = np.array([_over_the_noise(part) for part in parts])
-    over, doubt = float(found[:, 0].sum()), float(np.sqrt(found[:, 1].sum()))
-    return over + SURE * doubt < least
+    over = _surely_over_the_noise(parts)
+    if least <= over < least_n2(before) * samples:  # so little must be more than finer tables would take
+        over = _surely_over_the_noise(left_by_finer(before))
+    return over < least
 
 
 def _follows(forces: list[Array], parts: list[Array]) -> float:
@@ -50,6 +54,12 @@ def _follows(forces: list[Array], parts: list[Array]) -> float:
         gram += moved.T @ moved
         along += moved.T @ part[AROUND:-AROUND]
     return float(along @ np.linalg.pinv(gram, ROUNDING, hermitian=True) @ along)
+
+
+def _surely_over_the_noise(parts: list[Array]) -> float:
+    """The square sum (N²) of residuals at low frequencies that is certainly not exceeded, over the noise."""
+    found = np.array([_over_the_noise(part) for part in parts])
+    return float(found[:, 0].sum()) + SURE * float(np.sqrt(found[:, 1].sum()))
 
 
 def _over_the_noise(residual: Array) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.fits.race import HEAT, raced
+from mrctl.discover.fits.race import HEAT, MORE_HEATS, raced
 
 A, B = np.array([1.0]), np.array([2.0])
 
@@ -18,11 +18,12 @@ def test_where_all_data_speak_against_the_choice_another_start_is_tried(ends_at,
     asked = []
 
     def heat(theta, **_):
-        return SimpleNamespace(theta=theta, total=float(theta[0]))
+        return SimpleNamespace(theta=theta, total=float(theta[0]), solution=there)
+
+    there = SimpleNamespace(converged=True, last_gain=0.0)
 
     def fitted(theta, **_):
         asked.append(float(theta[0]))
-        there = SimpleNamespace(converged=True, last_gain=0.0)
         return SimpleNamespace(theta=theta + 10.0, total=ends[float(theta[0])], solution=there)
 
     def cost(theta):
@@ -44,5 +45,38 @@ def test_a_fit_that_is_not_on_its_way_below_what_is_known_ends_early(last_gain, 
         return SimpleNamespace(theta=theta, total=100.0, solution=there)
 
     there = SimpleNamespace(converged=False, last_gain=last_gain)
-    raced([A], lambda theta, **_: SimpleNamespace(theta=theta, total=1.0), fitted, lambda _: 100.0, 20, 50.0)
+    done = SimpleNamespace(theta=A, total=1.0, solution=SimpleNamespace(converged=True, last_gain=0.0))
+    raced([A], lambda *_, **__: done, fitted, lambda _: 100.0, 20, 50.0)
     assert asked_for == asked
+
+
+def _falling(falls):
+    """A heat from each start, by its first value: it stands at a cost and takes `falls` off it each time."""
+
+    def heat(theta, **_):
+        start, cost = theta
+        after = cost - falls[start]
+        there = SimpleNamespace(converged=not falls[start], last_gain=falls[start])
+        return SimpleNamespace(theta=np.array([start, after]), total=after, solution=there)
+
+    return heat
+
+
+@pytest.mark.parametrize(
+    ("falls", "taken", "at"),
+    [
+        ({1.0: 10.0, 2.0: 60.0}, 2.0, 200.0 - 60.0 * (1 + MORE_HEATS)),  # it comes by
+        ({1.0: 0.0, 2.0: 30.0}, 1.0, 100.0),  # as much again would still be more
+    ],
+)
+def test_a_start_that_still_falls_steeply_is_heated_on(falls, taken, at):
+    """From 100 and 200: after a heat the second still costs more."""
+    heat = _falling(falls)
+    there = SimpleNamespace(converged=True, last_gain=0.0)
+
+    def fitted(theta, **_):
+        return SimpleNamespace(theta=theta, total=0.0, solution=there)
+
+    fit = raced([np.array([1.0, 100.0]), np.array([2.0, 200.0])], heat, fitted, lambda _: 0.0, 20)
+    assert fit.theta[0] == taken
+    assert fit.theta[1] == at

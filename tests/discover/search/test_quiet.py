@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from discover.campaigns import coloured
 
+from mrctl.discover.search import quiet
 from mrctl.discover.search.quiet import is_quiet
+from mrctl.discover.verdict.worth import LEAST_OF_FORCE, SMALL_OF_FORCE
 
 RATE_HZ, RUNS, SAMPLES, NOISE_N, FORCE_N = 500.0, 10, 4000, 5.0, 500.0
 T = np.arange(SAMPLES) / RATE_HZ
@@ -63,3 +65,25 @@ def test_what_a_delay_leaves_is_not_though_it_is_white():
     residuals = [one + late for one in _noise(2)]
     assert is_quiet(_leaves(*residuals))  # beside another force
     assert not is_quiet(_leaves(*residuals, force_n=force))
+
+
+@pytest.mark.parametrize(
+    ("size", "takes", "is_none"),
+    [
+        (0.5 * (SMALL_OF_FORCE + LEAST_OF_FORCE), True, True),
+        (0.5 * (SMALL_OF_FORCE + LEAST_OF_FORCE), False, False),
+        (1.1 * LEAST_OF_FORCE, True, False),  # may be named though finer tables would take it
+    ],
+)
+def test_a_little_that_finer_tables_would_take_is_their_form(monkeypatch, size, takes, is_none):
+    """size: of a force left, over the damper's."""
+    form = size * FORCE_N * np.sqrt(2.0) * np.sin(2.0 * np.pi * 3.0 * T)  # which does not follow the force
+    plain = [0.1 * one for one in _noise(4)]
+    monkeypatch.setattr(quiet, "left_by_finer", lambda _: plain if takes else [one + form for one in plain])
+    assert is_quiet(_leaves(*(one + form for one in plain))) is is_none
+
+
+def test_finer_tables_are_not_asked_where_noise_bounds_what_can_be_named(monkeypatch):
+    monkeypatch.setattr(quiet, "left_by_finer", lambda _: pytest.fail("asked"))
+    form = 0.45 * NOISE_N * np.sin(2.0 * np.pi * 3.0 * T)
+    assert not is_quiet(_leaves(*(one + form for one in _noise(4))))
