@@ -97,7 +97,7 @@ def batches(layout: Layout, records: Sequence[Record], factor: Callable[[Record]
 def _run(record: Record, factor: int) -> Run:
     return Run.of(
         1.0 / record.rate_hz,
-        _filled(record.velocity_m_s, factor),
+        _filled(record.driven_m_s, factor),
         _filled(record.current_a, factor),
         _filled(record.temperature_c, factor),
         _filled(record.displacement_m, factor),

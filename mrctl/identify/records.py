@@ -78,6 +78,8 @@ class Record:
     def starts_at_rest(self) -> bool:
         """Whether the motion begins with the record: slowly, with a force that does not change yet either."""
         v, span = self.velocity_m_s, max(1, int(TURN_S * self.rate_hz))
+        if v.size <= span:
+            return False
 
         def turns(x: Array) -> bool:
             changes = np.abs(x[span:] - x[:-span])
@@ -88,6 +90,13 @@ class Record:
 
         slow = abs(float(v[0])) < REST_SHARE * float(np.abs(v).max())
         return slow and not turns(v) and not turns(self.force_n)
+
+    @property
+    def driven_m_s(self) -> Array:
+        """The velocity that moves a model: one at rest has yielded to no side, wherever its noise points."""
+        if not self.starts_at_rest:
+            return self.velocity_m_s
+        return np.concatenate([[0.0], self.velocity_m_s[1:]])
 
     @cached_property
     def slow(self) -> int:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from mrctl.discover.fits.refit import HELD_OUT_SHARE, split
+from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.records import SLOWEST_HZ, Record, records_of
 from mrctl.identify.start import layout_for, start_values
+from mrctl.model.effects.registry import effect
 
 sys.path.insert(0, str(Path(__file__).parent))
 from virtual import Bench, protocol, random_damper
@@ -92,3 +94,30 @@ def test_a_record_whose_force_is_still_falling_does_not_start_at_rest():
     flat, settling = np.ones(t.size), 600.0 * np.tanh(v / 0.05) + 700.0 * np.exp(-t / 0.005)
     assert Record(0, RATE_HZ, v, flat, flat, 600.0 * np.tanh(v / 0.05), flat, flat).starts_at_rest
     assert not Record(0, RATE_HZ, v, flat, flat, settling, flat, flat).starts_at_rest
+
+
+def test_a_record_too_short_to_tell_does_not_start_at_rest():
+    two = np.array([0.0, 0.1])
+    assert not Record(0, RATE_HZ, two, two, two, two, two, two).starts_at_rest
+
+
+def test_noise_does_not_say_to_which_side_a_record_that_starts_at_rest_has_yielded():
+    t = np.arange(800) / RATE_HZ
+    v = 0.3 * np.sin(2.0 * np.pi * 3.0 * t) * np.clip(t / 0.5, 0.0, 1.0)
+    flat = np.ones(t.size)
+    elastic = effect("preyield_stiffness")
+    values = [elastic.typical[k] if p.name != "plastic" else 1.0 for k, p in enumerate(elastic.parameters)]
+    one, other = (
+        Record(
+            0, RATE_HZ, np.concatenate([[noise], v[1:]]), flat, flat, 600.0 * np.tanh(v / 0.05), flat, flat
+        )
+        for noise in (1e-4, -1e-4)
+    )
+    assert one.starts_at_rest
+    assert other.starts_at_rest
+    model = JointModel(layout_for([one], 3), [one, other])
+    both = model.with_effects(Effects((elastic,)))
+    theta = np.concatenate([start_values(model), both.effects.pack({elastic.name: tuple(values)})])
+    forces = both.predict(theta)
+    assert np.array_equal(*forces)
+    assert abs(forces[0][0]) < 1.0
