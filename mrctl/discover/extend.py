@@ -194,9 +194,9 @@ class _Model:
         return not (told and self.foretells_better_than(before) is False)
 
     def foretells_better_than(self, other: _Model) -> bool | None:
-        """Whether it predicts motions left out better, by a fair share of what it fits better; None for none.
+        """Whether it predicts motions left out better, by a fair share of what it fits others better.
 
-        By less, it describes the motions at hand and says nothing of others.
+        By less, it describes the motions at hand only. None where none were left out.
         """
         if self.motions is None or other.motions is None:
             return None
