@@ -29,7 +29,7 @@ def modelled(damper: Damper, run: Run) -> Array:
         there.velocity_m_s,
         there.current_a,
         there.temperature_c,
-        there.force_n,
+        np.zeros(len(run)),
         there.displacement_m,
         there.acceleration_m_s2,
         averaged_s=run.averaged_s,
@@ -37,7 +37,7 @@ def modelled(damper: Damper, run: Run) -> Array:
     force = simulate(
         damper,
         1.0 / fine.rate_hz,
-        fine.driven_m_s,
+        fine.velocity_m_s,
         fine.current_a,
         fine.temperature_c,
         fine.displacement_m,

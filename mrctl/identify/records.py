@@ -93,10 +93,12 @@ class Record:
 
     @property
     def driven_m_s(self) -> Array:
-        """The velocity that moves a model: one at rest has yielded to no side, wherever its noise points."""
-        if not self.starts_at_rest:
-            return self.velocity_m_s
-        return np.concatenate([[0.0], self.velocity_m_s[1:]])
+        """The velocity that moves a model: at rest, while noise points to both sides, it is none at first."""
+        v = self.velocity_m_s
+        soon = v[: int(TURN_S * self.rate_hz) + 1]
+        if soon.min() >= 0.0 or soon.max() <= 0.0 or not self.starts_at_rest:
+            return v
+        return np.concatenate([[0.0], v[1:]])
 
     @cached_property
     def slow(self) -> int:

@@ -35,13 +35,14 @@ WARMER = (1.0, 2.5)  # times the fluid's rise that was found
 QUIETER = 0.5  # of the mean square that a model was weighed by
 
 
-def grown(before: Tangent, look: Look) -> JointFit:
+def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
     """A fit with one more effect, base and effects moving together, weights as they are.
 
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
     of the effect, or hardly any, and where all of these cost more than none, with hardly any of a typical
     one; with the base fitted anew beside the effect as it looked; or at the first of these with a plain lag
     for the filter, some effects from all their starting points, a warmth also with h fitted anew.
+    more_heats: as `raced` has it; one whose values are known needs none.
     """
     fit = before.fit
     effect = look.effect
@@ -97,7 +98,7 @@ def grown(before: Tangent, look: Look) -> JointFit:
             for theta, own in _late(fit, before.few(effect), effect)
         ]
     every = [start, *settled, *(with_plain_lag(model, one) for one in again)]
-    return raced(every, heat, fitted, model.cost, ITERATIONS, fit.total)
+    return raced(every, heat, fitted, model.cost, ITERATIONS, fit.total, more_heats)
 
 
 def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, Vector]]:

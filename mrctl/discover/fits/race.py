@@ -12,8 +12,7 @@ from mrctl.identify.joint_fit import JointFit
 
 Array = NDArray[np.float64]
 
-HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each start, before the best goes on, ...
-MORE_HEATS = 4  # ... and times as many from those that may still become the best
+HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each start, before the best goes on
 TOLERANCE = 1e-4  # share of the cost that another step must win
 
 
@@ -24,14 +23,15 @@ def raced(
     cost: Callable[[Array], float],
     iterations: int,
     known: float = np.inf,
+    more: int = 0,
 ) -> JointFit:
     """The fit from the start that a few iterations promise most of.
 
     heat, fitted: as `JointModel.fit`, the heats' on as much data as is enough to choose by; cost: on all
     data. Where the choice was wrong, and another place costs less than the fit, that is where it begins anew.
-    known: as `pursued` has it.
+    known: as `pursued` has it. more: times that starts which may still become the best are heated on.
     """
-    heats = _heated(starts, partial(heat, iterations=HEAT, tolerance=HEAT_TOLERANCE))
+    heats = _heated(starts, partial(heat, iterations=HEAT, tolerance=HEAT_TOLERANCE), more)
     best = min(heats, key=lambda one: one.total)
     fit = pursued(fitted, best.theta, iterations, known)
     costs = [(cost(theta), theta) for theta in (*starts, *(one.theta for one in heats if one is not best))]
@@ -42,10 +42,10 @@ def raced(
     return min(fit, other, key=lambda one: one.total)
 
 
-def _heated(starts: Sequence[Array], heat: Callable[[Array], JointFit]) -> list[JointFit]:
+def _heated(starts: Sequence[Array], heat: Callable[[Array], JointFit], more: int) -> list[JointFit]:
     """A few iterations from each start, and more where as much gain again would make it the best one."""
     heats = [heat(one) for one in starts]
-    for _ in range(MORE_HEATS):
+    for _ in range(more):
         least = min(one.total for one in heats)
         going = [not one.solution.converged and _promised(one) < least for one in heats]
         if not any(going):

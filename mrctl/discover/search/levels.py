@@ -28,6 +28,7 @@ MOST_FITTED = 5
 NEAR = 0.2  # of the best look's gain: looks below are not fitted, ...
 HOPELESS = 0.3  # ... nor those that take less than this share of what it takes to be named
 ENOUGH = 0.01  # of the mean square, that a trial may leave for its base to be believed
+MORE_HEATS = 4  # for starts of a trial that may still become its best
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
 CLOSE_TRIAL = 0.7  # of the best trial's gain, or its look's, to be begun once more from its base
@@ -188,7 +189,7 @@ def _all_tried(before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Loo
 
 def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:
     """The joint fit of a model with one more effect, begun at a look."""
-    return _trial(before, look, prove(grown(tangent, look), folds))
+    return _trial(before, look, prove(grown(tangent, look, MORE_HEATS), folds))
 
 
 def _trial(before: Proof, look: Look, proof: Proof) -> Trial:

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.fits.race import HEAT, MORE_HEATS, raced
+from mrctl.discover.fits.race import HEAT, raced
 
+MORE_HEATS = 4
 A, B = np.array([1.0]), np.array([2.0])
 
 
@@ -77,6 +78,8 @@ def test_a_start_that_still_falls_steeply_is_heated_on(falls, taken, at):
     def fitted(theta, **_):
         return SimpleNamespace(theta=theta, total=0.0, solution=there)
 
-    fit = raced([np.array([1.0, 100.0]), np.array([2.0, 200.0])], heat, fitted, lambda _: 0.0, 20)
+    fit = raced(
+        [np.array([1.0, 100.0]), np.array([2.0, 200.0])], heat, fitted, lambda _: 0.0, 20, more=MORE_HEATS
+    )
     assert fit.theta[0] == taken
     assert fit.theta[1] == at
