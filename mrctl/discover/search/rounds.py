@@ -42,10 +42,11 @@ def rounds_of(
     last: Level | None = None
     gone: set[str] = set()
     most = MOST_EFFECTS
-    rezeroed = cache(taken_anew.rezeroed)  # asked for twice of a model beside which a round is searched
+    # Asked for more than once of a model beside which a round is searched.
+    rezeroed, quiet = cache(taken_anew.rezeroed), cache(is_quiet)
     for number in count():
         rest = [c for c in candidates if c.name not in {e.name for e in here.fit.model.effects.chosen}]
-        level, good = _round(evidence, here, rest)
+        level, good = _round(evidence, here, rest, quiet)
         levels.append(level)
         report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
         here = level.before
@@ -76,21 +77,23 @@ def rounds_of(
         if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
             here = renewed(here, [t.effect for t in found], evidence.folds)
         zeroed = rezeroed(evidence, here)
-        evidence, here = zeroed if is_quiet(zeroed[1]) else (evidence, here)
-        if is_quiet(here) or _hopeless(evidence, levels[0].before, level.before, here, len(found)):
+        evidence, here = zeroed if quiet(zeroed[1]) else (evidence, here)
+        if quiet(here) or _hopeless(evidence, levels[0].before, level.before, here, len(found)):
             break
     return evidence, levels, found, last, here
 
 
-def _round(evidence: Evidence, here: Proof, rest: Sequence[Effect]) -> tuple[Level, list[Trial]]:
-    """A look at all that may come to a model, and those that are real."""
-    if is_quiet(here):
+def _round(
+    evidence: Evidence, here: Proof, rest: Sequence[Effect], quiet: Callable[[Proof], bool]
+) -> tuple[Level, list[Trial]]:
+    """A look at all that may come to a model, and those that are real; quiet: as `is_quiet`."""
+    if quiet(here):
         return unsearched(here, rest), []
     level = search_level(here, rest, evidence.folds)
     good = [t for t in level.trials if accepted(t, level.before, len(rest))]
     if not good and here.fit.total - level.before.fit.total > BETTER_VALLEY:
         # What was seen beside the worse fit says little: once more from the better one.
-        return _round(evidence, level.before, rest)
+        return _round(evidence, level.before, rest, quiet)
     return level, good
 
 
