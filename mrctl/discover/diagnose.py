@@ -158,12 +158,13 @@ def _diagnosed(
     base = levels[0].before  # in the best valley that the search came by, as the final model
     untestable |= why_own(final, [t.effect.name for t in found], known)
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
+    as_found = final if stands or not found else None
     if found and not stands:
         stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
     searched = evidence
     evidence, final, stands = retimed(evidence, final, stands)
-    evidence, final = taken_anew.remembered(evidence, final)
-    evidence, final = taken_anew.centred(evidence, final)
+    if final is not as_found:  # else the rounds have done so
+        evidence, final = taken_anew.centred(*taken_anew.remembered(evidence, final))
     evidence, final = taken_anew.rezeroed(evidence, final)
     if final.mean_square > base.mean_square:
         # Effects that do worse with their own clocks and zeros than none with its are neither.

@@ -30,7 +30,7 @@ from mrctl.discover.noise.rest import stilled
 from mrctl.discover.noise.spectral_floor import mean_square
 from mrctl.errors import InputError
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.parallel import in_parallel
+from mrctl.identify.processes import in_processes
 from mrctl.identify.records import Record, records_of
 from mrctl.identify.run_scatter import FEWEST_RUNS
 from mrctl.measurements.run import Campaign
@@ -78,7 +78,7 @@ class Evidence:
                 "no run moves the damper and measures its force",
                 "measure velocity and force in motion",
             )
-        floors = in_parallel(lambda r: noise_floor(campaign.runs[r.run]), moving)
+        floors = in_processes(lambda r: noise_floor(campaign.runs[r.run]), moving)
         noise = noise_spectrum(moving)
         still, rests_s = zip(*(stilled(r, noise) for r in moving), strict=True)
         found = cls._of(campaign, list(still), floors, noise, LoadCell.true(len(still)))

@@ -95,12 +95,16 @@ def in_blocks(x: Array, factor: int, *, picked: bool) -> Array:
     return x[..., : (x.shape[-1] // factor) * factor : factor] if picked else averaged(x, factor)
 
 
-def averaged(x: Array, factor: int) -> Array:
-    """Means over `factor` samples along the last axis; a rest that fills no block is left out."""
+def averaged(x: Array, factor: int, out: Array | None = None) -> Array:
+    """Means over `factor` samples along the last axis; a rest that fills no block is left out.
+
+    out: where they go, if not to an array of their own; of a factor above 1.
+    """
     if factor == 1:
         return x
     n = (x.shape[-1] // factor) * factor
-    out = x[..., 0:n:factor] + x[..., 1:n:factor]  # a mean over a short last axis is ten times slower
+    # A mean over a short last axis is ten times slower.
+    out = np.add(x[..., 0:n:factor], x[..., 1:n:factor], out=out)
     for k in range(2, factor):
         out += x[..., k:n:factor]
     out *= 1.0 / factor
@@ -147,7 +151,11 @@ class SlopeRows:
     def in_blocks(self, by: int, room: int = 0, *, picked: bool) -> Rows:
         """All rows, of each `by` samples what is weighed, in a matrix with room for more rows."""
         out = np.empty((self.index.size + room, self.values.shape[1] // by))
-        out[self.shared : self.index.size] = in_blocks(self.values, by, picked=picked)
+        own = out[self.shared : self.index.size]
+        if picked or by == 1:
+            own[:] = in_blocks(self.values, by, picked=picked)
+        else:
+            averaged(self.values, by, own)
         out[: self.shared] = out[self.shared]
         return Rows(out, self.index)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,11 @@ class Batch:
             records[0].finer > 1,
             tuple(r.averaged_s * r.rate_hz for r in records) if any(r.averaged_s for r in records) else (),
         )
+
+    def placed(self, records: Sequence[Record]) -> Batch:
+        """The same, the strokes being those of other versions of all the fit's records."""
+        strokes = [_filled(records[k].displacement_m, self.factor) for k in self.records]
+        return replace(self, run=replace(self.run, displacement_m=np.concatenate(strokes)))
 
     @property
     def block_starts(self) -> Ints:
@@ -108,4 +113,4 @@ def _run(record: Record, factor: int) -> Run:
 
 def _filled(x: Array, factor: int) -> Array:
     rest = -x.size % factor
-    return np.pad(x, (0, rest), mode="edge") if rest else x
+    return np.concatenate([x, np.full(rest, x[-1])]) if rest else x

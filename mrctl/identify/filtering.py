@@ -38,35 +38,42 @@ def _starts(starts: Ints | None, size: int) -> Ints:
     return whole(size) if starts is None else starts.astype(np.int64, copy=False)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def _through(b, a, rows, starts, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
-    """Transposed direct form II, two rows at a time: the processor then waits for neither of them."""
-    gain = (b[0] + b[1] + b[2] + b[3]) / (a[0] + a[1] + a[2] + a[3])
-    b0, b1, b2, b3, a1, a2, a3 = b[0], b[1], b[2], b[3], a[1], a[2], a[3]
-    c2 = b3 - a3 * gain
-    c1 = b2 - a2 * gain + c2
-    c0 = b1 - a1 * gain + c1
-    count = rows.shape[0]
-    for m in range(0, count, 2):
-        x, y = rows[m], out[m]
-        other = min(m + 1, count - 1)
-        p, q = rows[other], out[other]
+    """Four rows at a time: the processor then waits for none of them."""
+    c = (b[0], b[1], b[2], b[3], a[1], a[2], a[3])
+    last = rows.shape[0] - 1
+    for m in range(0, last + 1, 4):
+        n, o, p = min(m + 1, last), min(m + 2, last), min(m + 3, last)
         for j in range(starts.size - 1):
-            first = starts[j]
-            s0, s1, s2 = c0 * x[first], c1 * x[first], c2 * x[first]
-            r0, r1, r2 = c0 * p[first], c1 * p[first], c2 * p[first]
-            for k in range(first, starts[j + 1]):
-                u, v = x[k], p[k]
-                w = b0 * u + s0
-                z = b0 * v + r0
-                s0 = b1 * u - a1 * w + s1
-                r0 = b1 * v - a1 * z + r1
-                s1 = b2 * u - a2 * w + s2
-                r1 = b2 * v - a2 * z + r2
-                s2 = b3 * u - a3 * w
-                r2 = b3 * v - a3 * z
-                y[k] = w
-                q[k] = z
+            first, end = starts[j], starts[j + 1]
+            at_m, at_n = _settled(c, rows[m, first]), _settled(c, rows[n, first])
+            at_o, at_p = _settled(c, rows[o, first]), _settled(c, rows[p, first])
+            for k in range(first, end):
+                y_m, at_m = _next(c, rows[m, k], at_m)
+                y_n, at_n = _next(c, rows[n, k], at_n)
+                y_o, at_o = _next(c, rows[o, k], at_o)
+                y_p, at_p = _next(c, rows[p, k], at_p)
+                out[m, k], out[n, k], out[o, k], out[p, k] = y_m, y_n, y_o, y_p
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _next(c, u, state):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    """Transposed direct form II: what comes of one sample, and the state behind it."""
+    b0, b1, b2, b3, a1, a2, a3 = c
+    s0, s1, s2 = state
+    y = b0 * u + s0
+    return y, (b1 * u + s1 - a1 * y, b2 * u + s2 - a2 * y, b3 * u - a3 * y)
+
+
+@njit(cache=True, nogil=True)
+def _settled(c, u):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202 - compiled
+    """The state that a value leads to which has lasted for ever."""
+    b0, b1, b2, b3, a1, a2, a3 = c
+    y = u * ((b0 + b1 + b2 + b3) / (1.0 + a1 + a2 + a3))
+    s2 = b3 * u - a3 * y
+    s1 = b2 * u - a2 * y + s2
+    return b1 * u - a1 * y + s1, s1, s2
 
 
 def sensitivities(theta: Array, rate_hz: float, u: Array, y: Array, starts: Ints | None = None) -> Array:

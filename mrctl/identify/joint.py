@@ -100,6 +100,14 @@ class JointModel:
         """The same model on other records: held-out ones, or a part."""
         return JointModel(self.layout, records, self.effects, self.minimum_phase, self.slowest_pole)
 
+    def placed(self, records: Sequence[Record]) -> JointModel:
+        """The same model on its records with other strokes: all else of them is taken over, weights too."""
+        model = copy(self)
+        model.records = records
+        model.batches = [batch.placed(records) for batch in self.batches]
+        model.forget()
+        return model
+
     def with_effects(self, effects: Effects) -> JointModel:
         """The same base on the same records with other effects; weights stay."""
         model = copy(self)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from mrctl.identify.batch import Batch
 from mrctl.identify.joint import JointModel
@@ -92,7 +92,7 @@ def scales_apart(errors: Sequence[Array], modelled: Sequence[Array]) -> tuple[Ar
     found = [_scale_of(e, m) for e, m in zip(errors, modelled, strict=True)]
     shares, doubts = np.array([s for s, _ in found]), np.array([d for _, d in found])
     apart = shares - float(np.average(shares, weights=1.0 / doubts**2))
-    return apart, doubts, float(chi2.sf(float(np.sum((apart / doubts) ** 2)), len(errors) - 1))
+    return apart, doubts, float(chdtrc(len(errors) - 1, float(np.sum((apart / doubts) ** 2))))
 
 
 def _scale_of(error: Array, modelled: Array) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import pearsonr
+from scipy.special import stdtr
 
 from mrctl.discover.channels.runs_own import Own
 from mrctl.discover.fits.screen import ranges_of
@@ -66,7 +66,7 @@ def run_zeros(seen_n: Own, records: Sequence[Record], before_n: Array) -> Array:
 def _by_a_condition(apart: Array, records: Sequence[Record]) -> bool:
     """Whether zeros (runs) go with what the runs were made at."""
     varied = conditions_of(records)
-    return any(float(pearsonr(c, apart).pvalue) < BY_CONDITION / len(varied) for c in varied)
+    return any(_chance(c, apart) < BY_CONDITION / len(varied) for c in varied)
 
 
 def conditions_of(records: Sequence[Record]) -> list[Array]:
@@ -89,4 +89,13 @@ def by_a_rule(apart: Array, weights: Array, records: Sequence[Record]) -> bool:
     root = np.sqrt(weights)
     told = [r - np.average(r, weights=weights) for r in rules]
     told = [r for r in told if float(np.ptp(r)) > 1e-9]
-    return any(float(pearsonr(root * r, root * apart).pvalue) < BY_CONDITION / len(told) for r in told)
+    return any(_chance(root * r, root * apart) < BY_CONDITION / len(told) for r in told)
+
+
+def _chance(one: Array, other: Array) -> float:
+    """How likely values (n) that have nothing to do with each other correlate as much: Student's t."""
+    freedom = one.size - 2
+    if freedom < 1:
+        return 1.0
+    r = float(np.corrcoef(one, other)[0, 1])
+    return float(2.0 * stdtr(freedom, -abs(r) * np.sqrt(freedom / max(1.0 - r * r, 1e-300))))

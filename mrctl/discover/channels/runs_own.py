@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from mrctl.discover.fits.screen import ranges_of
 from mrctl.discover.fits.tangent import Tangent
@@ -90,4 +90,4 @@ def _judged(values: Array, spread: Array, by_noise: Array, loud: Array) -> Own:
     apart = values - float(alike @ values)
     freedom = float(np.trace(inverse @ by_noise)) - float(inverse.sum(axis=0) @ by_noise @ alike)
     cost = float(apart @ inverse @ apart) / max(float(loud.mean()), 1e-300)
-    return Own(values, np.sqrt(np.maximum(variances, 1e-300)), float(chi2.sf(cost, max(freedom, 1e-3))))
+    return Own(values, np.sqrt(np.maximum(variances, 1e-300)), float(chdtrc(max(freedom, 1e-3), cost)))

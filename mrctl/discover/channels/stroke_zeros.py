@@ -66,4 +66,4 @@ def moved(records: Sequence[Record], by_m: Array) -> list[Record]:
 
 def _errors(model: JointModel, theta: Array, by_m: Array) -> Array:
     """Each record's mean square error with its stroke moved."""
-    return np.array([float(np.mean(e * e)) for e in model.on(moved(model.records, by_m)).errors(theta)])
+    return np.array([float(np.mean(e * e)) for e in model.placed(moved(model.records, by_m)).errors(theta)])

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from mrctl.discover.fits.folds import labels
 from mrctl.identify.base import Rows
@@ -138,4 +138,4 @@ def log_gain(before: Proof, after: Proof) -> float:
 
 def chance(gain: float, parameters: int) -> float:
     """The probability that parameters without meaning gain as much: chi square."""
-    return float(chi2.sf(max(gain, 0.0), max(parameters, 1)))
+    return float(chdtrc(max(parameters, 1), max(gain, 0.0)))

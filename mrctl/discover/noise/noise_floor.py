@@ -12,8 +12,8 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, rfft
 from scipy.interpolate import CubicSpline
-from scipy.signal import resample
 
 from mrctl.identify.noise import correlation_inflation
 from mrctl.measurements.derivative import noise_sigma
@@ -213,9 +213,17 @@ def _folded(values: Array, cycles: Cycles) -> Array:
         (2 * values[0] - values[pad:0:-1], values, 2 * values[-1] - values[-2 : -pad - 2 : -1])
     )
     ramp = np.linspace(longer[0], longer[-1], longer.size)
-    fine = resample(longer - ramp, 4 * longer.size)
+    fine = _fourfold(longer - ramp)
     slope = (longer[-1] - longer[0]) / (longer.size - 1)
     count = int(np.ceil(cycles.period))
     at = cycles.start + (np.arange(cycles.count)[:, None] + np.arange(count) / count) * cycles.period
     spline = CubicSpline(np.arange(fine.size) / 4.0 - pad, fine)
     return np.asarray(spline(at) + longer[0] + slope * (at + pad), dtype=np.float64)
+
+
+def _fourfold(values: Array) -> Array:
+    """The values (n) at four times as many places, by their spectrum."""
+    spectrum = rfft(values)
+    if values.size % 2 == 0:
+        spectrum[-1] *= 0.5  # which stood for both of its kind
+    return np.asarray(4.0 * irfft(spectrum, 4 * values.size), dtype=np.float64)

@@ -155,17 +155,17 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
     best = min(trials, key=lambda t: t.proof.mean_square)
     size = before.fit.model.layout.size
     there = best.fit.theta[:size]
-    before = again(before, there, folds)
-    if best.effect.stage is Stage.OUTPUT:
-        before = again(before, with_lag_of_two(before.fit.model, there), folds)
     close = [
         t
         for t in trials
         if t is not best
         and (t.gain >= CLOSE_TRIAL * best.gain or t.look.gain >= CLOSE_TRIAL * best.look.gain)
     ]
-    common = [one for t in close for one in (t.proof, *t.fit.model.common)]
-    proofs = in_processes(lambda t: again(t.proof, there, folds), close, common)
+    proofs = [before, *(t.proof for t in close)]
+    common = [one for p in proofs for one in (p, *p.fit.model.common)]
+    before, *proofs = in_processes(lambda p: again(p, there, folds), proofs, common)
+    if best.effect.stage is Stage.OUTPUT:
+        before = again(before, with_lag_of_two(before.fit.model, there), folds)
     begun = [replace(t, proof=proof) for t, proof in zip(close, proofs, strict=True)]
     trials = begun + [t for t in trials if t not in close]
     colour = min(trials, key=lambda t: t.proof.mean_square).proof.colour

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.screen import Look, Screen, reach_of
 from mrctl.discover.fits.tangent import Tangent
-from mrctl.discover.search.far_looks import KEPT, far_looks
+from mrctl.discover.search.far_looks import FAINT, KEPT, Promise, far_look, far_points, promises
 from mrctl.identify.processes import in_processes
 from mrctl.model.effects.base import Effect, Vector
 
@@ -20,7 +21,10 @@ STARTS = 3  # from which an effect is looked at closely, until one keeps what th
 
 
 def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
-    """All candidates, best first; only the `most` best of a first glance are looked at closely."""
+    """All candidates, best first; only the `most` best of a first glance are looked at closely.
+
+    Of one that is looked at from afar, too, the better look counts.
+    """
     ranges = reach_of(tangent.fit.model)
     whole = float(tangent.residual @ tangent.residual)
 
@@ -33,20 +37,38 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
         promised = few[id(parts[place])].glance(candidates[place])
         return sorted(((more * promise, start) for promise, start in promised), key=lambda g: -g[0])
 
-    glances = in_processes(glance, range(len(candidates)))
+    def to_do(place: int) -> int:
+        effect = candidates[place]
+        return len(effect.starting_points(ranges)) * len(effect.parameters)
+
+    # What takes longest first, so that nothing waits for it.
+    places = sorted(range(len(candidates)), key=to_do, reverse=True)
+    glances = dict(zip(places, in_processes(glance, places), strict=True))
     order = sorted(range(len(candidates)), key=lambda k: -glances[k][0][0])
     screen = Screen(tangent, ranges)
 
     def near(place: int) -> Look:
         effect, glanced = candidates[order[place]], glances[order[place]]
         found = [screen.at(effect, glanced[0][1])] if place >= most else _climbed(screen, effect, glanced)
-        return max(found, key=lambda one: one.gain)
+        return max(found, key=_gain)
 
     common = [*candidates, *tangent.fit.model.common]
-    found = in_processes(near, range(len(order)), common)
-    found += far_looks(screen, candidates, max((one.gain for one in found), default=0.0))
+    to_ask: list[Callable[[], Look | list[Promise]]] = [
+        *(partial(promises, screen, *far) for far in far_points(screen, candidates)),
+        *(partial(near, place) for place in range(len(order))),
+    ]
+    asked = in_processes(_asked, to_ask, common)
+    found = [one for one in asked if not isinstance(one, list)]
+    least = FAINT * max((one.gain for one in found), default=0.0)
+    worth = [[p for p in one if p.gain > least] for one in asked if isinstance(one, list)]
+    further = in_processes(partial(far_look, screen), [some for some in worth if some], common)
+    found += [one for one in further if one is not None]
     best = {one.effect.name: one for one in sorted(found, key=_gain)}
     return sorted(best.values(), key=_gain, reverse=True)
+
+
+def _asked(what: Callable[[], Look | list[Promise]]) -> Look | list[Promise]:
+    return what()
 
 
 def _gain(look: Look) -> float:

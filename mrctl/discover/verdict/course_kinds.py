@@ -8,10 +8,10 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from mrctl.discover.evidence import MOVED_M
 from mrctl.discover.fits.signals import turned_m
+from mrctl.identify.filtering import filtered
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
 
@@ -300,4 +300,4 @@ def _hat(way: Array, place: int) -> Array:
 def _lagged(x: Array, samples: float) -> Array:
     """A first-order lag of so many samples, settled at the first one."""
     keep = float(np.exp(-1.0 / max(samples, 1e-9)))
-    return np.asarray(lfilter([1.0 - keep], [1.0, -keep], x, zi=[keep * x[0]])[0], dtype=np.float64)
+    return filtered(np.array([1.0 - keep, 0.0, 0.0, 0.0]), np.array([1.0, -keep, 0.0, 0.0]), x)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
-from scipy.stats import f as f_ratio
+from scipy.special import fdtrc
 
 from mrctl.discover.fits.proof import Proof, chance
 from mrctl.discover.fits.tangent import Tangent
@@ -148,4 +148,4 @@ class _Left:
         parts, columns = said.shape[1], said.shape[0]
         wald = float(pull @ np.linalg.lstsq(said @ said.T, pull, rcond=SAME)[0])
         ratio = wald * (parts - columns) / (columns * (parts - 1))
-        return float(f_ratio.sf(ratio, columns, parts - columns)) if parts > columns else 1.0
+        return float(fdtrc(columns, parts - columns, ratio)) if parts > columns else 1.0

@@ -16,6 +16,7 @@ from mrctl.discover.verdict.courses import Course, courses_of
 from mrctl.discover.verdict.rivals import CLOSE_SCORE, Rival, rivals_of
 from mrctl.discover.verdict.structure import Structure, structure_of
 from mrctl.discover.verdict.worth import AT_END, at_high_end, is_unsure
+from mrctl.identify.processes import in_processes
 from mrctl.model.effects.base import FORCE_LAG, Effect
 
 Array = NDArray[np.float64]
@@ -74,11 +75,12 @@ def judged_by(
     known_n2: the mean square that can be removed at least, if another model has shown so.
     """
     left = structure_of(final.fit, evidence.folds)
-    beside = courses_of(final)
+    alone = [(base, final.colour)] if final is not base else []
+    beside, *of_base = in_processes(lambda left_by: courses_of(*left_by), [(final, None), *alone])
     balance = balance_of(evidence, final, left, beside, bare=not stands)
     removable = max(known_n2, base.mean_square - final.mean_square + balance.left)
     found = [Found(trial, rivals_of(trial, level), _nearly_as_good(trial, level)) for trial, level in stands]
-    courses = courses_of(base, final.colour) if final is not base else beside
+    courses = of_base[0] if of_base else beside
     cleared = balance.cleared and not known_n2
     if not found:
         cleared = cleared and not balance.bursts

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from mrctl.discover.fits.elsewhere import elsewhere
 from mrctl.discover.fits.finer_tables import finer_score
@@ -159,7 +159,7 @@ def _told_together(effect: Effect, fit: JointFit, spread: Vector) -> bool:
     off = np.array([(values[k] - effect.parameters[k].neutral) / half_width_95(spread[k]) for k in size])
     alike = fit.effect_correlation(effect.name)[np.ix_(size, size)]
     inverse = np.linalg.pinv(alike, rcond=ALIKE, hermitian=True)
-    return bool(NORMAL_95**2 * float(off @ inverse @ off) > chi2.isf(UNLIKE, len(size)))
+    return bool(NORMAL_95**2 * float(off @ inverse @ off) > chdtri(len(size), UNLIKE))
 
 
 def is_pushed(effect: Effect, values: Sequence[float]) -> bool:

@@ -13,7 +13,7 @@ from mrctl.discover.diagnose import diagnose
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.screen import Screen
 from mrctl.discover.fits.tangent import Tangent
-from mrctl.discover.search.far_looks import far_looks
+from mrctl.discover.search.far_looks import far_look, promises
 from mrctl.discover.search.looks import looks
 from mrctl.measurements.run import Campaign, Run
 from mrctl.model.effects.registry import effect
@@ -53,8 +53,9 @@ def test_a_friction_that_the_base_has_in_its_g_is_seen():
     assert far.values[0] > 0.7 * FRICTION_N
     (near,) = looks(tangent, [replace(friction, far=None)])
     assert near.gain < 0.2 * far.gain
-    assert far_looks(Screen(tangent), [friction], best=near.gain)[0].gain == far.gain
-    assert not far_looks(Screen(tangent), [friction], best=100.0 * far.gain)  # hopeless beside that
+    promised = promises(Screen(tangent), friction, friction.far(Screen(tangent).ranges))
+    assert far_look(Screen(tangent), promised).gain == far.gain
+    assert far_look(Screen(tangent), []) is None  # what is not worth it
 
 
 def _inside(seed: int) -> Campaign:

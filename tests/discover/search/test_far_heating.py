@@ -11,7 +11,7 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import grown
 from mrctl.discover.fits.screen import Screen
 from mrctl.discover.fits.tangent import Tangent
-from mrctl.discover.search.far_looks import far_looks, winds
+from mrctl.discover.search.far_looks import far_look, far_points, promises, winds
 from mrctl.measurements.run import Campaign, Run
 from mrctl.model.effects.registry import effect
 
@@ -51,7 +51,9 @@ def _campaign(warming: float) -> Campaign:
 
 def _looks(warming: float):
     tangent = Tangent.of(Evidence.of(_campaign(warming)).base().fit)
-    return tangent, far_looks(Screen(tangent), [effect("self_heating")], best=0.0)
+    screen = Screen(tangent)
+    points = far_points(screen, [effect("self_heating")])
+    return tangent, [far_look(screen, promises(screen, *one)) for one in points]
 
 
 def test_a_warmth_for_which_the_base_bent_its_h_is_seen():

@@ -47,7 +47,9 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
     fit = SimpleNamespace(model=SimpleNamespace(records=[], common=[]))
     few = SimpleNamespace(residual=np.ones(4), fit=fit)
     whole = SimpleNamespace(residual=np.ones(4), fit=fit, glance=lambda _: few)
-    (look,) = module.looks(whole, [SimpleNamespace(name="a", far=None)])
+    (look,) = module.looks(
+        whole, [SimpleNamespace(name="a", far=None, starting_points=lambda _: [()], parameters=())]
+    )
     assert look.gain == best
     assert len(_Screen.asked) == asked
 
