@@ -19,8 +19,9 @@ def velocity(t):
     return 0.25 * np.sin(9.0 * t) + 0.1 * np.sin(31.0 * t + 0.5)
 
 
-def solved(rate, y0: float, t: np.ndarray) -> np.ndarray:
-    return solve_ivp(rate, (t[0], t[-1]), [y0], t_eval=t, rtol=1e-8, atol=1e-11, max_step=1e-3).y[0]
+def solved(rate, y0: float, t: np.ndarray, method: str = "RK45") -> np.ndarray:
+    span = t[0], t[-1]
+    return solve_ivp(rate, span, [y0], method, t_eval=t, rtol=1e-8, atol=1e-11, max_step=1e-3).y[0]
 
 
 def relative(ours: np.ndarray, exact: np.ndarray) -> float:

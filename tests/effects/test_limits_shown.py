@@ -81,4 +81,4 @@ def test_what_is_elastic_creeps_no_slower_than_at_a_small_shape():
     p = (*p[:2], 1.0, *p[3:])
     first, second = (preyield_stiffness._way(p, 5e-4, g, 0.1, DT_S) for g in (0.0, smallest))
     assert first == second
-    assert f"|g| at least {smallest:g} there" in preyield_stiffness.EFFECT.equation
+    assert f"|r| at least {smallest:g} and" in preyield_stiffness.EFFECT.equation

@@ -25,7 +25,7 @@ def test_elasticity_before_yield_solves_its_differential_equation(dt_s):
     exact = solved(lambda u, f: abs(velocity(u)) / length * (backbone(u) - f), float(backbone(0.0)), t)
     effect = effects()["preyield_stiffness"]
     ours = stages.yielding(
-        [(effect, (3e-4, 1e-6, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0))],
+        [(effect, (3e-4, 1e-6, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))],
         backbone(t),
         v,
         np.zeros(t.size),
@@ -45,7 +45,7 @@ def test_the_elastic_loop_depends_on_displacement_not_on_speed():
         b = level * np.sign(v)
         loops.append(
             stages.yielding(
-                [(effect, (2e-4, 1e-6, 0.0, 0.7, 0.2, 0.4, 0.3, 0.0, 0.0))],
+                [(effect, (2e-4, 1e-6, 0.0, 0.7, 0.2, 0.4, 0.3, 0.0, 0.0, 0.0))],
                 b,
                 v,
                 0.0 * v,
@@ -67,8 +67,37 @@ def test_what_flows_is_not_elastic(flow_s_m):
 
     z = solved(lambda u, z: abs(velocity(u)) / length * (yields(u) - z), float(yields(0.0)), t)
     shape = yields(t) + flow_s_m * v
-    ours = yielding((length, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, flow_s_m, 0.0), level * shape, v, level, 0.0005)
+    ours = yielding(
+        (length, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, flow_s_m, 0.0, 0.0), level * shape, v, level, 0.0005
+    )
     assert relative(ours, level * (z + flow_s_m * v)) < 0.01
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002])
+@pytest.mark.parametrize(("flow_s_m", "full"), [(0.0, 1.0), (0.8, 1.0), (0.8, 1.3)])
+def test_behind_a_knee_it_is_a_spring_in_series_with_what_yields(flow_s_m, full, dt_s):
+    """Maxwell's: dz/dt = (v - flow(z)) / length; z = tanh(flow / v0) / full is the fluid's own curve."""
+    t, v = signals(dt_s)
+    level, length, v0 = 1200.0, 6e-4, 0.05
+
+    def maxwell(u, z):
+        return (velocity(u) - v0 * np.arctanh(np.clip(full * z, -0.999999, 0.999999))) / length
+
+    z = solved(maxwell, float(np.tanh(velocity(0.0) / v0) / full), t, "LSODA")
+    shape = np.tanh(v / v0) / full + flow_s_m * v
+    spring = (length, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, flow_s_m, 0.0)
+    exact = level * (z + flow_s_m * v)
+    ours, chord = (yielding((*spring, k), level * shape, v, level, dt_s) for k in (full**2, 0.0))
+    assert relative(ours, exact) < (0.01 if dt_s < 0.001 else 0.04)
+    assert relative(chord, exact) > 3.0 * relative(ours, exact)
+
+
+def test_a_small_knee_is_hardly_any():
+    _, v = signals(0.001)
+    shape = np.tanh(v / 0.05) + 0.5 * v
+    spring = (6e-4, 0.0, 0.7, 1.0, 0.0, 0.0, 0.0, 0.5, 0.0)
+    little, none = (yielding((*spring, k), 1000.0 * shape, v, 1000.0, 0.001) for k in (1e-6, 0.0))
+    assert relative(little, none) < 0.01
 
 
 def test_with_creep_a_slow_fluid_relaxes_in_time_as_a_spring_in_series_does():
@@ -78,7 +107,7 @@ def test_with_creep_a_slow_fluid_relaxes_in_time_as_a_spring_in_series_does():
         force = np.full(200, level * v / knee)
         force[0] = 0.0
         out = stages.yielding(
-            [(effect, (length, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0))],
+            [(effect, (length, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))],
             force,
             np.full(200, v),
             np.zeros(200),
@@ -100,14 +129,14 @@ def test_the_plastic_part_before_yield_is_bouc_and_wens_beside_the_shape(dt_s):
         return (velocity(u) - abs(velocity(u)) * z) / length
 
     exact = beside + plastic * level * solved(wen, np.sign(v[0]), t)
-    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 0.0, 0.0, 0.0, 0.0), beside, v, level, dt_s)
+    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 0.0, 0.0, 0.0, 0.0, 0.0), beside, v, level, dt_s)
     assert relative(ours, exact) < (0.002 if dt_s < 0.001 else 0.02)
 
     def rounded(u, z):  # A = 1 / length, beta = gamma = A / 2, n = 2
         return (velocity(u) - 0.5 * (abs(velocity(u)) * z * abs(z) + velocity(u) * z * z)) / length
 
     exact = beside + plastic * level * solved(rounded, np.sign(v[0]), t)
-    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 1.0, 0.0, 0.0, 0.0), beside, v, level, dt_s)
+    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 1.0, 0.0, 0.0, 0.0, 0.0), beside, v, level, dt_s)
     assert relative(ours, exact) < (0.002 if dt_s < 0.001 else 0.02)
 
 
@@ -125,7 +154,7 @@ def test_the_plastic_part_is_exact_for_a_velocity_held_through_each_sample():
             exact.append(plastic * level * z)
         exact = np.array(exact) - exact[0]  # the first sample begins yielded
         ours = yielding(
-            (length, compliance, 0.0, 0.0, plastic, 0.0, 0.0, 0.0, 0.0), np.zeros(v.size), v, level, dt
+            (length, compliance, 0.0, 0.0, plastic, 0.0, 0.0, 0.0, 0.0, 0.0), np.zeros(v.size), v, level, dt
         )
         assert ours - ours[0] == pytest.approx(exact, abs=1e-4 * plastic * level)
 
@@ -138,7 +167,7 @@ def test_the_sharp_part_is_a_spring_before_friction():
     for at in x:
         slider = min(max(slider, at - length), at + length)
         exact.append(plastic * level * (at - slider) / length)
-    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 0.3, 1.0, 0.0, 0.0), np.zeros(v.size), v, level, dt)
+    ours = yielding((length, 0.0, 0.0, 0.0, plastic, 0.3, 1.0, 0.0, 0.0, 0.0), np.zeros(v.size), v, level, dt)
     assert ours == pytest.approx(exact, abs=1e-6)
     assert np.ptp(ours) == pytest.approx(2.0 * plastic * level)
 
@@ -157,17 +186,17 @@ def test_a_force_that_is_held_as_the_current_changes_relaxes_on_the_way_alone(sh
             q += spring_n_m * rate * dt / fine
             q = min(max(q, -most), most) if sharp else q
         exact.append(q)
-    shares = 0.0, 1.0, 0.0, sharp, 0.0, 1.0
+    shares = 0.0, 1.0, 0.0, sharp, 0.0, 1.0, 0.0
     ours = yielding((0.0, 1.0 / spring_n_m, 0.0, *shares), np.zeros(v.size), v, level, dt)
     assert ours == pytest.approx(exact, abs=3.0)
-    strained = yielding((0.0, 1.0 / spring_n_m, 0.0, *shares[:-1], 0.0), np.zeros(v.size), v, level, dt)
+    strained = yielding((0.0, 1.0 / spring_n_m, 0.0, *shares[:-2], 0.0, 0.0), np.zeros(v.size), v, level, dt)
     assert np.max(np.abs(strained - exact)) > 100.0
 
 
 def test_without_a_length_the_plastic_part_is_the_sign_of_the_velocity_and_nothing_at_rest():
     v = np.array([0.0, 0.0, 0.2, -0.2, -0.2, 0.0, 0.2])
     beside = 100.0 * np.sign(v)
-    ours = yielding((0.0, 0.0, 0.0, 1.0, 0.1, 0.0, 0.0, 0.0, 0.0), beside, v, 1000.0, 0.001)
+    ours = yielding((0.0, 0.0, 0.0, 1.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0), beside, v, 1000.0, 0.001)
     assert ours == pytest.approx([0.0, 0.0, 200.0, -200.0, -200.0, -100.0, 200.0], abs=1e-5)
 
 
@@ -179,7 +208,9 @@ def test_the_force_is_linear_in_the_plastic_part(length, compliance, creep, shar
     v = signals(0.001, 0.5)[1]
     beside = 1000.0 * np.tanh(v / 0.05)
     none, some, all_ = (
-        yielding((length, compliance, creep, share, w, share, creep, plastic, 0.0), beside, v, 1000.0, 0.001)
+        yielding(
+            (length, compliance, creep, share, w, share, creep, plastic, 0.0, 0.0), beside, v, 1000.0, 0.001
+        )
         for w in (0.0, plastic, 1.0)
     )
     assert some == pytest.approx(none + plastic * (all_ - none), abs=1e-9)
@@ -201,7 +232,7 @@ def test_undoing_the_elasticity_before_yield_gives_the_wanted_force(
 ):
     effect = effects()["preyield_stiffness"]
     p, state = (
-        (length, 0.0, creep, share, plastic, share, creep, plastic, 0.0),
+        (length, 0.0, creep, share, plastic, share, creep, plastic, 0.0, creep),
         [elastic, shape - plastic * velocity_m_s, -elastic, elastic, shape],
     )
     for sign in (1.0, -1.0):
@@ -230,7 +261,11 @@ def test_the_elasticity_before_yield_takes_energy_out_of_closed_cycles(
     dt, cycle = 0.001, round(1000.0 / frequency_hz)
     v = speed * np.sin(2.0 * np.pi * frequency_hz * dt * np.arange(6 * cycle))
     made = yielding(
-        (length, 0.0, creep, share, plastic, creep, share, 0.0, 0.0), 1000.0 * np.tanh(v / 0.1), v, 1000.0, dt
+        (length, 0.0, creep, share, plastic, creep, share, 0.0, 0.0, share),
+        1000.0 * np.tanh(v / 0.1),
+        v,
+        1000.0,
+        dt,
     )
     assert np.sum(made[-cycle:] * v[-cycle:]) >= 0.0
 
@@ -245,7 +280,7 @@ def test_the_elasticity_before_yield_takes_energy_out_of_closed_cycles(
 def test_the_plastic_part_takes_energy_out_whatever_the_motion(length, motion, rounded, sharp):
     """But for what it stored before: at most half a length's work, as of a spring."""
     v, dt = np.array(motion), 0.001
-    made = yielding((length, 0.0, 0.0, 0.0, 1.0, rounded, sharp, 0.0, 0.0), np.zeros(v.size), v, 1.0, dt)
+    made = yielding((length, 0.0, 0.0, 0.0, 1.0, rounded, sharp, 0.0, 0.0, 0.0), np.zeros(v.size), v, 1.0, dt)
     assert np.sum(made * v) * dt >= -0.5 * max(length, 1e-5) - 1e-12
 
 

@@ -150,7 +150,7 @@ def _stroke(p, case):
 
 
 def _preyield(p, case):
-    names = ("share", "plastic", "rounded", "sharp", "flow_s_m", "held")
+    names = ("share", "plastic", "rounded", "sharp", "flow_s_m", "held", "knee")
     if p["PY"] == 1:
         parts = dict.fromkeys(names, f"{FORM}: what of g saturates may be told in more than one way")
         return parts | {"yield_length_m": 1.0 / p["PK"], "compliance_m_n": 0.0, "creep": 0.0}

@@ -17,7 +17,18 @@ from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import records_of
 from mrctl.model.effects.registry import effect
 
-ELASTIC = (4e-4, 2e-7, 0.0, 0.7, 0.3, 0.0, 0.0, 0.2, 0.0)  # its plastic part and its compliance hang on f
+ELASTIC = (
+    4e-4,
+    2e-7,
+    0.0,
+    0.7,
+    0.3,
+    0.0,
+    0.0,
+    0.2,
+    0.0,
+    0.0,
+)  # its plastic part and its compliance hang on f
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +59,7 @@ def test_a_damper_makes_the_force_of_its_fit(low_gauge, campaign):
 
 
 def test_what_creeps_alone_keeps_its_way(low_gauge):
-    creeping = (4e-4, 2e-7, 0.5, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    creeping = (4e-4, 2e-7, 0.5, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     fit = JointFit(
         low_gauge.model,
         replace(

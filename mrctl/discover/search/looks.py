@@ -55,7 +55,7 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
     common = [*candidates, *tangent.fit.model.common]
     to_ask: list[Callable[[], Look | list[Promise]]] = [
         *(partial(promises, screen, *far) for far in far_points(screen, candidates)),
-        *(partial(near, place) for place in range(len(order))),
+        *(partial(near, place) for place in sorted(range(len(order)), key=lambda n: -to_do(order[n]))),
     ]
     asked = in_processes(_asked, to_ask, common)
     found = [one for one in asked if not isinstance(one, list)]

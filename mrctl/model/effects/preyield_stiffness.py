@@ -13,6 +13,9 @@ LARGEST_GAIN = 5.0
 SMALLEST_SHAPE = 1e-3
 # The plastic part turns round over no less than this: with no length at all it would jump at every reversal.
 SHORTEST_M = 1e-5
+# What flows along a tanh is full at infinite speed: taken to this part of it.
+FULL = 0.999
+PIECES = 2  # of a sample, in each of which such a flow is taken as straight
 
 
 def step(
@@ -36,10 +39,7 @@ def step(
     shape = force_n / level_n
     elastic = yielding = shape - p[7] * velocity_m_s
     if length > 0.0 and p[3] > 0.0:
-        way = _way(p, length, shape, velocity_m_s, dt_s)
-        decay = math.exp(-way)
-        mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
-        elastic = yielding - (yielding - s[1]) * mean + (s[0] - s[1]) * decay
+        elastic = _stretched(p, s[0], s[1], yielding, _way(p, length, yielding, velocity_m_s, dt_s))
     s[0] = elastic
     s[1] = yielding
     if p[4] > 0.0:  # else nothing hangs on them
@@ -80,7 +80,8 @@ def undo(
     kept = _kept(p, s, level_n)
     elastic = shape = s[1] + p[7] * velocity_m_s
     if length > 0.0:
-        elastic += (kept * s[0] - s[1]) * math.exp(-_way(p, length, shape, velocity_m_s, dt_s))
+        way = _way(p, length, s[1], velocity_m_s, dt_s)
+        elastic += _stretched(p, kept * s[0], s[1], s[1], way) - s[1]
     plastic = _saturated(kept * s[2], length, velocity_m_s, dt_s)
     rounded = _rounded(kept * s[3], length, velocity_m_s, dt_s)
     made = _together(p, shape, elastic, plastic, rounded, _sharp(kept * s[4], length, velocity_m_s, dt_s))
@@ -95,9 +96,32 @@ def _kept(p: Sequence[float], s: Sequence[float], level_n: float) -> float:
 
 
 def _way(p: Sequence[float], length_m: float, shape: float, velocity_m_s: float, dt_s: float) -> float:
-    """The sample's displacement in lengths of the elastic shape."""
+    """The sample's displacement in lengths of the elastic shape, behind what yields of the static one."""
     way: float = abs(velocity_m_s) * dt_s / length_m / max(abs(shape), SMALLEST_SHAPE) ** p[2]
     return way
+
+
+def _stretched(p: Sequence[float], before: float, shape_before: float, shape: float, way: float) -> float:
+    """The elastic shape after a sample's way, over which the static one runs straight."""
+    if p[9] > 0.0:
+        return _before_a_knee(math.sqrt(p[9]), before, shape_before, shape, way)
+    decay = math.exp(-way)
+    mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
+    return shape - (shape - shape_before) * mean + (before - shape_before) * decay
+
+
+def _before_a_knee(full: float, before: float, shape_before: float, shape: float, way: float) -> float:
+    """The same, where what flows at z runs away as z nears 1 / full, in pieces that are straight in z."""
+    most = FULL / full
+    z = min(max(before, -most), most)
+    for k in range(PIECES):
+        here = shape_before + (k + 0.5) / PIECES * (shape - shape_before)
+        size = max(abs(here), SMALLEST_SHAPE)
+        speed = size / math.atanh(min(full * size, FULL))
+        steep = speed * full / (1.0 - (full * z) ** 2)
+        z -= math.expm1(-steep * way / PIECES) / steep * (here - speed * math.atanh(full * z))
+        z = min(max(z, -most), most)
+    return z
 
 
 def _saturated(before: float, length_m: float, velocity_m_s: float, dt_s: float) -> float:
@@ -137,19 +161,25 @@ def _together(
 def _rescaled(p: Vector, factor: float) -> Vector:
     """Exact unless a plastic part stands beside a creeping one: they share one length."""
     length = factor ** p[2]
-    return p[0] * length, p[1] * length / factor, p[2], p[3], p[4] / factor, p[5], p[6], p[7] / factor, p[8]
+    plastic, flow, knee = p[4] / factor, p[7] / factor, p[9] * factor**2
+    return p[0] * length, p[1] * length / factor, p[2], p[3], plastic, p[5], p[6], flow, p[8], knee
 
 
 def _guesses(_: Ranges) -> list[Vector]:
     # The shape itself turns round, or a part beside it, which g then does not hold: as in Bouc-Wen.
     return [
-        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0),
-        (5e-4, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0),
-        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 1.0, 0.0, 0.0),
+        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (5e-4, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 0.0),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.0, 1.0, 0.0, 0.0, 0.0),
     ]
+
+
+def _far(_: Ranges) -> list[Vector]:
+    # A spring in series with what yields: no tangent of a base whose g has made up for it shows a knee.
+    return [(5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.8)]
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
@@ -167,7 +197,8 @@ EFFECT = Effect(
     equation=(
         "F = f h ((1 - share) g + share (z + flow v) "
         "+ plastic ((1 - sharp) ((1 - rounded) y + rounded u) + sharp w)), "
-        f"dz/dt = |v| (g - flow v - z) / (|g|^creep length), |g| at least {SMALLEST_SHAPE:g} there, "
+        "dz/dt = |v| (r - |r| atanh(k z) / atanh(k |r|)) / (|r|^creep length), r = g - flow v, k = knee^0.5, "
+        f"|r| at least {SMALLEST_SHAPE:g} and k |r| at most {FULL:g} there; knee 0: |v| (r - z) over that, "
         "dy/dt = |v| (sign(v) - y) / length, "
         "du/dt = (v - (v |u| + |v| u) |u| / 2) / length, dw/dt = v / length within -1 to 1, "
         f"length = yield_length + compliance f h; for y, u and w at least {SHORTEST_M:g} m; "
@@ -175,8 +206,9 @@ EFFECT = Effect(
     ),
     source=(
         "Dahl, AIAA Journal 14 (1976); for MR dampers Ikhouane, Dyke, Smart Mater. Struct. 16 (2007). "
-        "creep 0: Dahl, turning round over a length; 1: Maxwell, a spring in series with the fluid, whose "
-        "flow at z is taken along the chord of g. "
+        "creep 0: Dahl, turning round over a length; 1: a spring in series with the fluid (Maxwell), whose "
+        "flow at z is taken along the chord of g, as in LuGre's model, or with a knee along a tanh that is "
+        "full at knee^-0.5, as g is. "
         "y: Wen, J. Eng. Mech. Div. ASCE 102 (1976), with n = 1 and beta = 0, which is Dahl's; u: with n = 2 "
         "and beta = gamma; w: as n grows, a spring before Coulomb's friction, as in series with Bingham's "
         "damper; with share 0 they stand beside what follows the velocity at once, as in Spencer et al., "
@@ -260,6 +292,17 @@ EFFECT = Effect(
             0.3,
             optional=True,
         ),
+        Parameter(
+            "knee",
+            "1",
+            0.0,
+            0.0,
+            4.0,
+            0.0,
+            "how sharply flow sets in behind the spring: in proportion 0, as g that is full at knee^-0.5",
+            0.3,
+            optional=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"stroke", "velocity"}),
@@ -281,6 +324,7 @@ EFFECT = Effect(
     ),
     undo=undo,
     guesses=_guesses,
+    far=_far,
     derived=_derived,
     rescaled=_rescaled,
 )
