@@ -151,10 +151,11 @@ def _stroke(p, case):
 
 def _preyield(p, case):
     names = ("share", "plastic", "rounded", "sharp", "flow_s_m", "held", "knee")
-    if p["PY"] == 1:
-        parts = dict.fromkeys(names, f"{FORM}: what of g saturates may be told in more than one way")
-        return parts | {"yield_length_m": 1.0 / p["PK"], "compliance_m_n": 0.0, "creep": 0.0}
-    other = f"{FORM}: a spring before that part of g alone"
+    parts = dict.fromkeys(names, f"{FORM}: what of g saturates may be told in more than one way")
+    if p["PY"] == 1 or case["base"]["GT"] == 0:  # of the springs before what flows, one along a tanh
+        creep = 0.0 if p["PY"] == 1 else 1.0
+        return parts | {"yield_length_m": 1.0 / p["PK"], "compliance_m_n": 0.0, "creep": creep}
+    other = f"{FORM}: what flows behind the spring has another curve"
     return dict.fromkeys(("yield_length_m", "compliance_m_n", "creep", *names), other)
 
 

@@ -62,7 +62,7 @@ def test_the_cost_is_that_of_the_covariance(records):
 
 def test_shapes_are_not_bent_to_make_up_for_it(records):
     chosen = (effect("preyield_stiffness"),)
-    free = {"preyield_stiffness": [True, True, True, True, True, True, True, False, False]}
+    free = {"preyield_stiffness": [True, True, True, True, True, True, True, False, False, False]}
     begin = {"preyield_stiffness": (1e-3, 0.0, 0.3, 0.8, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0)}
     fit = fitted(records, chosen, begin, free=free)
     assert isinstance(fit.model, ScatteredModel)

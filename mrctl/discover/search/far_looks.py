@@ -55,8 +55,8 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
 
     A damper behind a dashpot yields at a speed in proportion to its force. A base without it has the mean of
     its knees in g; from there each small step towards a dashpot makes matters worse, until g is as sharp as
-    behind one. No tangent shows that. Nor that of a base which has a friction's knee in its g, or which has
-    bent its h to and fro for a warmth that the case does not show.
+    behind one. No tangent shows that. Nor that of a base which has a friction's knee in its g, or g blunt for
+    a spring before what yields, or which has bent its h to and fro for a warmth that the case does not show.
     """
     fit = screen.tangent.fit
     warm = effect.stage is Stage.TEMPERATURE

@@ -12,7 +12,7 @@ from mrctl.discover.fits.screen import Look, Screen, reach_of
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.discover.search.far_looks import FAINT, KEPT, Promise, far_look, far_points, promises
 from mrctl.identify.processes import in_processes
-from mrctl.model.effects.base import Effect, Vector
+from mrctl.model.effects.base import Effect, Ranges, Vector
 
 Array = NDArray[np.float64]
 
@@ -26,37 +26,25 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
     Of one that is looked at from afar, too, the better look counts.
     """
     ranges = reach_of(tangent.fit.model)
-    whole = float(tangent.residual @ tangent.residual)
 
-    parts = [tangent.glance(effect) for effect in candidates]
-    few = {id(part): Screen(part, ranges) for part in parts}
-
-    def glance(place: int) -> list[tuple[float, Vector]]:
-        rest = parts[place].residual
-        more = whole / max(float(rest @ rest), 1e-30)
-        promised = few[id(parts[place])].glance(candidates[place])
-        return sorted(((more * promise, start) for promise, start in promised), key=lambda g: -g[0])
-
-    def to_do(place: int) -> int:
-        effect = candidates[place]
+    def to_do(effect: Effect) -> int:
         return len(effect.starting_points(ranges)) * len(effect.parameters)
 
-    # What takes longest first, so that nothing waits for it.
-    places = sorted(range(len(candidates)), key=to_do, reverse=True)
-    glances = dict(zip(places, in_processes(glance, places), strict=True))
-    order = sorted(range(len(candidates)), key=lambda k: -glances[k][0][0])
+    effects = sorted(candidates, key=to_do, reverse=True)  # so that nothing waits for what takes longest
+    glances = _glances(tangent, effects, ranges)
+    closely = set(sorted(range(len(effects)), key=lambda k: -glances[k][0][0])[:most])
     screen = Screen(tangent, ranges)
 
-    def near(place: int) -> Look:
-        effect, glanced = candidates[order[place]], glances[order[place]]
-        found = [screen.at(effect, glanced[0][1])] if place >= most else _climbed(screen, effect, glanced)
-        return max(found, key=_gain)
+    def near(k: int) -> Look:
+        if k not in closely:
+            return screen.at(effects[k], glances[k][0][1])
+        return max(_climbed(screen, effects[k], glances[k]), key=_gain)
 
-    common = [*candidates, *tangent.fit.model.common]
     to_ask: list[Callable[[], Look | list[Promise]]] = [
-        *(partial(promises, screen, *far) for far in far_points(screen, candidates)),
-        *(partial(near, place) for place in sorted(range(len(order)), key=lambda n: -to_do(order[n]))),
+        *(partial(promises, screen, *far) for far in far_points(screen, effects)),
+        *(partial(near, k) for k in range(len(effects))),
     ]
+    common = [*candidates, *tangent.fit.model.common]
     asked = in_processes(_asked, to_ask, common)
     found = [one for one in asked if not isinstance(one, list)]
     least = FAINT * max((one.gain for one in found), default=0.0)
@@ -65,6 +53,21 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
     found += [one for one in further if one is not None]
     best = {one.effect.name: one for one in sorted(found, key=_gain)}
     return sorted(best.values(), key=_gain, reverse=True)
+
+
+def _glances(tangent: Tangent, effects: Sequence[Effect], ranges: Ranges) -> list[list[tuple[float, Vector]]]:
+    """For each effect the gain that a linear step from each start promises, by a few records; most first."""
+    whole = float(tangent.residual @ tangent.residual)
+    parts = [tangent.glance(effect) for effect in effects]
+    few = {id(part): Screen(part, ranges) for part in parts}
+
+    def glance(k: int) -> list[tuple[float, Vector]]:
+        rest = parts[k].residual
+        more = whole / max(float(rest @ rest), 1e-30)
+        promised = few[id(parts[k])].glance(effects[k])
+        return sorted(((more * promise, start) for promise, start in promised), key=lambda g: -g[0])
+
+    return in_processes(glance, range(len(effects)))
 
 
 def _asked(what: Callable[[], Look | list[Promise]]) -> Look | list[Promise]:

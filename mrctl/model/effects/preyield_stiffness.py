@@ -114,13 +114,19 @@ def _before_a_knee(full: float, before: float, shape_before: float, shape: float
     """The same, where what flows at z runs away as z nears 1 / full, in pieces that are straight in z."""
     most = FULL / full
     z = min(max(before, -most), most)
+    more = (shape - shape_before) / PIECES
     for k in range(PIECES):
-        here = shape_before + (k + 0.5) / PIECES * (shape - shape_before)
-        size = max(abs(here), SMALLEST_SHAPE)
+        here = shape_before + k * more
+        size = max(abs(here + 0.5 * more), SMALLEST_SHAPE)
         speed = size / math.atanh(min(full * size, FULL))
         steep = speed * full / (1.0 - (full * z) ** 2)
-        z -= math.expm1(-steep * way / PIECES) / steep * (here - speed * math.atanh(full * z))
-        z = min(max(z, -most), most)
+        part = steep * way / PIECES
+        mean = -math.expm1(-part) / part if part > 1e-6 else 1.0 - 0.5 * part
+        off = here - speed * math.atanh(full * z)
+        there = z + (off * mean * part + more * (1.0 - mean)) / steep
+        # It never passes what yields; a straight line may, where the flow sets in beyond it.
+        low, high = min(z, here, here + more), max(z, here, here + more)
+        z = min(max(there, low, -most), high, most)
     return z
 
 
