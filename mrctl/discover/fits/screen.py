@@ -163,6 +163,11 @@ class Screen:
                 self._free.copy(),
             )
 
+        def _leave_out_far(self, values: Array) -> None:
+            """Hold what no tangent shows where a look begins without it."""
+            both = zip(self._effect.parameters, values, strict=True)
+            self._free &= np.array([not (p.far and x == p.neutral) for p, x in both])
+
         def _hold_absorbed(self, values: Array) -> tuple[Array, Array, Array]:
             """Leave to the model what its own parameters do as well: such a parameter goes to neutral.
 
@@ -196,6 +201,7 @@ class Screen:
 
         def promise(self, values: Array) -> float:
             """What the best linear step from here would gain."""
+            self._leave_out_far(values)
             force = self._force(values)
             slopes = self._slopes(values, force)
             return self._step(values, np.concatenate([force[None], slopes]))[1]
@@ -211,6 +217,7 @@ class Screen:
 
         def climb(self, values: Array) -> Look:
             """Gauss-Newton steps within the bounds."""
+            self._leave_out_far(values)
             values, force, slopes = self._hold_absorbed(values)
             free = self._free
             if not free.any():

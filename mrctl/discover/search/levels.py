@@ -184,7 +184,9 @@ def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
 
 def _all_tried(before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Look]) -> list[Trial]:
     common = [*seen, *(one.effect for one in seen), *before.fit.model.common]
-    return in_processes(partial(tried, before, tangent, folds), seen, common)
+    # What takes longest first, so that nothing waits for it.
+    dear = sorted(seen, key=lambda one: len(one.effect.parameters), reverse=True)
+    return in_processes(partial(tried, before, tangent, folds), dear, common)
 
 
 def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:

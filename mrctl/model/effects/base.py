@@ -136,8 +136,9 @@ class Parameter:
     a fit starts and `scale` how large a change is of interest there. A fit leaves a `held` parameter at
     its typical value unless asked. The force is `linear` in it when all else is fixed. Where a calibration
     leaves an `optional` one out, it is neutral. An `endless` one's upper bound stands for none; at a
-    `partial` one's lower bound the effect is there without that part. Where a unit counts in newtons, bounds
-    are those in a damper of a usual size (`size.sized`).
+    `partial` one's lower bound the effect is there without that part. A `far` one is seen from the effect's
+    far points only: a look that begins without it leaves it out. Where a unit counts in newtons, bounds are
+    those in a damper of a usual size (`size.sized`).
     """
 
     name: str
@@ -153,6 +154,7 @@ class Parameter:
     optional: bool = False
     endless: bool = False
     partial: bool = False
+    far: bool = False
 
     @property
     def step_scale(self) -> float:

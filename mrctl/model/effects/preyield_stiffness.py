@@ -308,6 +308,7 @@ EFFECT = Effect(
             "how sharply flow sets in behind the spring: in proportion 0, as g that is full at knee^-0.5",
             0.3,
             optional=True,
+            far=True,
         ),
     ),
     step=step,
