@@ -121,9 +121,10 @@ def _before_a_knee(full: float, before: float, shape_before: float, shape: float
         speed = size / math.atanh(min(full * size, FULL))
         steep = speed * full / (1.0 - (full * z) ** 2)
         part = steep * way / PIECES
-        mean = -math.expm1(-part) / part if part > 1e-6 else 1.0 - 0.5 * part
+        gone = -math.expm1(-part)
+        mean = gone / part if part > 1e-6 else 1.0 - 0.5 * part
         off = here - speed * math.atanh(full * z)
-        there = z + (off * mean * part + more * (1.0 - mean)) / steep
+        there = z + (off * gone + more * (1.0 - mean)) / steep
         # It never passes what yields; a straight line may, where the flow sets in beyond it.
         low, high = min(z, here, here + more), max(z, here, here + more)
         z = min(max(there, low, -most), high, most)
