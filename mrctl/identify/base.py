@@ -98,10 +98,13 @@ def in_blocks(x: Array, factor: int, *, picked: bool) -> Array:
 def averaged(x: Array, factor: int, out: Array | None = None) -> Array:
     """Means over `factor` samples along the last axis; a rest that fills no block is left out.
 
-    out: where they go, if not to an array of their own; of a factor above 1.
+    out: where they go, if not to an array of their own.
     """
     if factor == 1:
-        return x
+        if out is None:
+            return x
+        out[:] = x
+        return out
     n = (x.shape[-1] // factor) * factor
     # A mean over a short last axis is ten times slower.
     out = np.add(x[..., 0:n:factor], x[..., 1:n:factor], out=out)
@@ -152,8 +155,8 @@ class SlopeRows:
         """All rows, of each `by` samples what is weighed, in a matrix with room for more rows."""
         out = np.empty((self.index.size + room, self.values.shape[1] // by))
         own = out[self.shared : self.index.size]
-        if picked or by == 1:
-            own[:] = in_blocks(self.values, by, picked=picked)
+        if picked:
+            own[:] = in_blocks(self.values, by, picked=True)
         else:
             averaged(self.values, by, own)
         out[: self.shared] = out[self.shared]
