@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -35,19 +35,22 @@ class Promise:
     gain: float  # on all records, that this promises
 
 
-def far_points(screen: Screen, candidates: Sequence[Effect]) -> list[tuple[Effect, Sequence[Vector]]]:
-    """The far points of those that have any.
+def far_points(
+    screen: Screen, candidates: Sequence[Effect], others: Mapping[str, Sequence[Vector]] | None = None
+) -> list[tuple[Effect, Sequence[Vector]]]:
+    """The far points of those that have any; others: by name, of those that have none.
 
     A fluid's warmth only where h winds; and none where nothing may settle beside them.
     """
     if screen.tangent.frozen:
         return []
     winding = winds(screen.tangent.fit)
-    return [
-        (c, c.far(screen.ranges))
+    own = {
+        c.name: c.far(screen.ranges)
         for c in candidates
         if c.far is not None and (winding or c.stage is not Stage.TEMPERATURE)
-    ]
+    }
+    return [(c, points) for c in candidates if (points := {**(others or {}), **own}.get(c.name))]
 
 
 def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[Promise]:

@@ -77,14 +77,17 @@ def search_level(
     near: float = NEAR,
     done: Callable[[str], None] = lambda _: None,
     known: Proof | None = None,
+    *,
+    afar: bool = False,
 ) -> Level:
     """Look at every candidate beside the model, and fit those that take at least `near` of the best.
 
-    known: the same model with one of the candidates, already proven: that one is not fitted again, and the
-    base it leads to is opinion enough, as is that of a trial with which nothing is left, or next to nothing.
+    afar: look at each from afar, too; known: the same model with one of the candidates, already proven: that
+    one is not fitted again, and the base it leads to is opinion enough, as is that of a trial with which
+    nothing is left, or next to nothing.
     """
     tangent = Tangent.of(before.fit)
-    seen = looks(tangent, candidates)
+    seen = looks(tangent, candidates, afar=afar)
     done("every candidate")
     whole = float(tangent.residual @ tangent.residual)
     n2 = max(before.mean_square, 1e-300)
@@ -128,6 +131,23 @@ def search_level(
     ]
     trials.sort(key=lambda trial: -trial.score)
     return Level(before, whole, seen, trials)
+
+
+def further(level: Level, candidates: Sequence[Effect], folds: Folds) -> Level:
+    """The round in which nothing was found, with those looked at from afar too that were not fitted.
+
+    A base may have made up for an effect in a way that no small step shows: for the loop of a field by its
+    tables and its filter.
+    """
+    fitted = {t.effect.name for t in level.trials}
+    more = search_level(level.before, [c for c in candidates if c.name not in fitted], folds, afar=True)
+    seen = [*more.looks, *(one for one in level.looks if one.effect.name in fitted)]
+    trials = [*more.trials, *(_judged(more.before, t, t.proof.colour) for t in level.trials)]
+    return replace(
+        more,
+        looks=sorted(seen, key=lambda one: -one.gain),
+        trials=sorted(trials, key=lambda trial: -trial.score),
+    )
 
 
 def unsearched(before: Proof, candidates: Sequence[Effect]) -> Level:

@@ -17,13 +17,18 @@ from mrctl.model.effects.base import Effect, Ranges, Vector
 Array = NDArray[np.float64]
 
 CLIMBED = 7
+LITTLE = 0.02  # of the best promise: an effect that promises less is not looked at closely
+STARTS_AFAR = 2  # of an effect without far points, that is looked at from afar all the same
 STARTS = 3  # from which an effect is looked at closely, until one keeps what the glance promised there
 
 
-def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -> list[Look]:
+def looks(
+    tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED, *, afar: bool = False
+) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely.
 
-    Of one that is looked at from afar, too, the better look counts.
+    None of them that promises next to nothing is. Of one that is looked at from afar, too, the better look
+    counts; afar: all of them are.
     """
     ranges = reach_of(tangent.fit.model)
 
@@ -32,7 +37,10 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
 
     effects = sorted(candidates, key=to_do, reverse=True)  # so that nothing waits for what takes longest
     glances = _glances(tangent, effects, ranges)
-    closely = set(sorted(range(len(effects)), key=lambda k: -glances[k][0][0])[:most])
+    promised = [glanced[0][0] for glanced in glances]
+    best_first = sorted(range(len(effects)), key=lambda k: -promised[k])
+    little = LITTLE * max([0.0, *promised])
+    closely = {k for k in best_first[:most] if promised[k] >= little}
     screen = Screen(tangent, ranges)
 
     def near(k: int) -> Look:
@@ -40,8 +48,10 @@ def looks(tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED) -
             return screen.at(effects[k], glances[k][0][1])
         return max(_climbed(screen, effects[k], glances[k]), key=_gain)
 
+    starts = {e.name: [start for _, start in glances[k][:STARTS_AFAR]] for k, e in enumerate(effects)}
+    far = far_points(screen, effects, starts if afar else {})
     to_ask: list[Callable[[], Look | list[Promise]]] = [
-        *(partial(promises, screen, *far) for far in far_points(screen, effects)),
+        *(partial(promises, screen, *one) for one in far),
         *(partial(near, k) for k in range(len(effects))),
     ]
     common = [*candidates, *tangent.fit.model.common]

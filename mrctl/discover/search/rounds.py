@@ -11,14 +11,14 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import settled
 from mrctl.discover.fits.proof import Proof
 from mrctl.discover.search.exchange import exchanged
-from mrctl.discover.search.levels import Level, Trial, search_level, unsearched
+from mrctl.discover.search.levels import Level, Trial, further, search_level, unsearched
 from mrctl.discover.search.quiet import is_quiet
 from mrctl.discover.search.renewed import renewed
 from mrctl.discover.verdict.judged import EXPLAINED, MOST_IN_PART, NEARLY_ALL
 from mrctl.discover.verdict.own_delay import is_filters
 from mrctl.discover.verdict.rivals import simplest
 from mrctl.discover.verdict.scales import is_the_rigs
-from mrctl.discover.verdict.worth import accepted, matters
+from mrctl.discover.verdict.worth import accepted, least_accepted_n2, matters
 from mrctl.model.effects.base import Effect
 
 Report = Callable[[float, str], None]
@@ -86,15 +86,26 @@ def rounds_of(
 def _round(
     evidence: Evidence, here: Proof, rest: Sequence[Effect], quiet: Callable[[Proof], bool]
 ) -> tuple[Level, list[Trial]]:
-    """A look at all that may come to a model, and those that are real; quiet: as `is_quiet`."""
+    """A look at all that may come to a model, and those that are real; quiet: as `is_quiet`.
+
+    From afar too, where none is and so much is left over any noise that one may be named.
+    """
     if quiet(here):
         return unsearched(here, rest), []
     level = search_level(here, rest, evidence.folds)
-    good = [t for t in level.trials if accepted(t, level.before, len(rest))]
+    good = _accepted(level, len(rest))
     if not good and here.fit.total - level.before.fit.total > BETTER_VALLEY:
         # What was seen beside the worse fit says little: once more from the better one.
         return _round(evidence, level.before, rest, quiet)
+    if not good and evidence.budget(level.before.fit).excess > least_accepted_n2(level.before):
+        level = further(level, rest, evidence.folds)
+        good = _accepted(level, len(rest))
     return level, good
+
+
+def _accepted(level: Level, candidates: int) -> list[Trial]:
+    """The trials that are real."""
+    return [t for t in level.trials if accepted(t, level.before, candidates)]
 
 
 def _hopeless(evidence: Evidence, base: Proof, before: Proof, here: Proof, found: int) -> bool:

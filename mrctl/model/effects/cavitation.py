@@ -46,8 +46,11 @@ def step(
     """
     warmer = 1.0 + p[6] * (temperature_c - REFERENCE_C)
     limit_n = p[0] * max((1.0 - p[4] * displacement_m) * warmer, LEAST_SHARE)
-    taken_n = p[7] * _held(p, s, limit_n, velocity_m_s, static_n, level_n, tables, dt_s)
-    taken_n += (1.0 - p[7]) * (_bent(p, s, limit_n, force_n, velocity_m_s, dt_s) - force_n)
+    taken_n = 0.0
+    if p[7] > 0.0:
+        taken_n += p[7] * _held(p, s, limit_n, velocity_m_s, static_n, level_n, tables, dt_s)
+    if p[7] < 1.0:
+        taken_n += (1.0 - p[7]) * (_bent(p, s, limit_n, force_n, velocity_m_s, dt_s) - force_n)
     lagged_n = swung(taken_n, s[2], s[3], p[9], p[10], dt_s)
     s[2], s[3] = lagged_n, s[2]
     return force_n + lagged_n
