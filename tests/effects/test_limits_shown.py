@@ -76,9 +76,12 @@ def test_what_cavitates_keeps_a_share_of_its_limit_and_a_knee_of_some_sharpness(
     assert f"knee/limit at most {cavitation.SOFTEST:g} there" in cavitation.EFFECT.equation
 
 
-def test_what_is_elastic_creeps_no_slower_than_at_a_small_shape():
+def test_what_is_elastic_creeps_near_rest_as_it_did_before():
     smallest, p = preyield_stiffness.SMALLEST_SHAPE, preyield_stiffness.EFFECT.typical
-    p = (*p[:2], 1.0, *p[3:])
-    first, second = (preyield_stiffness._way(p, 5e-4, g, 0.1, DT_S) for g in (0.0, smallest))
-    assert first == second
-    assert f"|r| at least {smallest:g} and" in preyield_stiffness.EFFECT.equation
+    slow, rest = 0.05 * smallest, 0.0
+    for creep, at_rest in ((0.0, 0.0), (1.0, 0.05)):
+        q = (*p[:2], creep, *p[3:])
+        state = preyield_stiffness.start(q, 600.0 * smallest, slow, 0.0, 600.0, DT_S)
+        preyield_stiffness.step(q, state, 0.0, rest, 0.0, 600.0, DT_S)
+        assert state[6] == pytest.approx(at_rest)
+    assert f"|v|/|r| as it was where |r| < {smallest:g}, " in preyield_stiffness.EFFECT.equation

@@ -7,6 +7,7 @@ import pytest
 from effects.equations import TABLES, relative, signals, solved, velocity
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from mrctl.model.effects.registry import effects
 from mrctl.model.static import force_level
@@ -233,7 +234,7 @@ def test_undoing_the_elasticity_before_yield_gives_the_wanted_force(
     effect = effects()["preyield_stiffness"]
     p, state = (
         (length, 0.0, creep, share, plastic, share, creep, plastic, 0.0, creep),
-        [elastic, shape - plastic * velocity_m_s, -elastic, elastic, shape],
+        [elastic, shape - plastic * velocity_m_s, -elastic, elastic, shape, 1000.0, abs(velocity_m_s), 0.05],
     )
     for sign in (1.0, -1.0):
         static = effect.undo(p, list(state), sign * wanted, velocity_m_s, 0.0, 1000.0, 0.001)
@@ -282,6 +283,28 @@ def test_the_plastic_part_takes_energy_out_whatever_the_motion(length, motion, r
     v, dt = np.array(motion), 0.001
     made = yielding((length, 0.0, 0.0, 0.0, 1.0, rounded, sharp, 0.0, 0.0, 0.0), np.zeros(v.size), v, 1.0, dt)
     assert np.sum(made * v) * dt >= -0.5 * max(length, 1e-5) - 1e-12
+
+
+@pytest.mark.parametrize("rate_hz", [1000.0, 2000.0])
+def test_a_spring_in_series_flows_at_rest_too_and_is_followed_to_second_order(rate_hz):
+    """Samples at rest, where both speed and shape are 0, must not stop the flow behind the spring."""
+    stiffness_n_m, knee_m_s, level_n, speed_m_s, w = 3e6, 0.05, 1500.0, 0.12, 2.0 * np.pi * 5.0
+    t = np.arange(round(0.6 * rate_hz)) / rate_hz
+    v = speed_m_s * np.sin(w * t)
+    v[np.abs(v) < 1e-12] = 0.0
+    assert np.count_nonzero(v == 0.0) > 5
+
+    def spring(u, z):
+        return stiffness_n_m / level_n * (speed_m_s * np.sin(w * u) - knee_m_s * np.arctanh(z))
+
+    true = (
+        level_n * solve_ivp(spring, (0.0, t[-1]), [0.0], t_eval=t, rtol=1e-9, atol=1e-11, max_step=1e-3).y[0]
+    )
+    static = level_n * np.tanh(v / knee_m_s)
+    p = (0.0, 1.0 / stiffness_n_m, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    made = yielding(p, static, v, level_n, 1.0 / rate_hz)
+    error = float(np.sqrt(np.mean((made - true) ** 2) / np.mean((static - true) ** 2)))
+    assert error < 3e-3 * (1000.0 / rate_hz) ** 2
 
 
 def yielding(p, force_n, v, level_n, dt_s):

@@ -9,13 +9,14 @@ from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vec
 
 # A force that has to be divided by its elastic share grows at most this much.
 LARGEST_GAIN = 5.0
-# Below this part of the shape the fluid creeps at a rate that no longer rises.
+# Below this part of the shape the speed over it is as it was: near rest both are next to nothing.
 SMALLEST_SHAPE = 1e-3
 # The plastic part turns round over no less than this: with no length at all it would jump at every reversal.
 SHORTEST_M = 1e-5
+# What is elastic beside g follows it at once over no length, and over this or less as if at once.
+AT_ONCE_M = 1e-9
 # What flows along a tanh is full at infinite speed: taken to this part of it.
 FULL = 0.999
-PIECES = 2  # of a sample, in each of which such a flow is taken as straight
 
 
 def step(
@@ -38,10 +39,14 @@ def step(
         s[5] = level_n
     shape = force_n / level_n
     elastic = yielding = shape - p[7] * velocity_m_s
+    s[7] = _per_shape(s[7], yielding, velocity_m_s)
+    pace = _pace(p, s[7], yielding, velocity_m_s)
     if length > 0.0 and p[3] > 0.0:
-        elastic = _stretched(p, s[0], s[1], yielding, _way(p, length, yielding, velocity_m_s, dt_s))
+        unit = dt_s / max(length, AT_ONCE_M)
+        elastic = _stretched(p, s[0], s[1], yielding, s[6] * unit, pace * unit)
     s[0] = elastic
     s[1] = yielding
+    s[6] = pace
     if p[4] > 0.0:  # else nothing hangs on them
         s[2] = _saturated(s[2], length, velocity_m_s, dt_s)
         s[3] = _rounded(s[3], length, velocity_m_s, dt_s)
@@ -60,7 +65,9 @@ def start(
     """Yielded: the elastic shape is the static one, the plastic part as the motion; at rest it is 0."""
     sign = math.copysign(1.0, velocity_m_s) if velocity_m_s != 0.0 else 0.0
     yielding = force_n / level_n - p[7] * velocity_m_s
-    return [yielding, yielding, sign, sign, sign, level_n]
+    per_shape = _per_shape(0.0, yielding, velocity_m_s)
+    pace = _pace(p, per_shape, yielding, velocity_m_s)
+    return [yielding, yielding, sign, sign, sign, level_n, pace, per_shape]
 
 
 def undo(
@@ -80,8 +87,9 @@ def undo(
     kept = _kept(p, s, level_n)
     elastic = shape = s[1] + p[7] * velocity_m_s
     if length > 0.0:
-        way = _way(p, length, s[1], velocity_m_s, dt_s)
-        elastic += _stretched(p, kept * s[0], s[1], s[1], way) - s[1]
+        unit = dt_s / max(length, AT_ONCE_M)
+        pace = _pace(p, _per_shape(s[7], s[1], velocity_m_s), s[1], velocity_m_s)
+        elastic += _stretched(p, kept * s[0], s[1], s[1], s[6] * unit, pace * unit) - s[1]
     plastic = _saturated(kept * s[2], length, velocity_m_s, dt_s)
     rounded = _rounded(kept * s[3], length, velocity_m_s, dt_s)
     made = _together(p, shape, elastic, plastic, rounded, _sharp(kept * s[4], length, velocity_m_s, dt_s))
@@ -95,40 +103,53 @@ def _kept(p: Sequence[float], s: Sequence[float], level_n: float) -> float:
     return (s[5] / level_n) ** p[8] if p[8] > 0.0 else 1.0
 
 
-def _way(p: Sequence[float], length_m: float, shape: float, velocity_m_s: float, dt_s: float) -> float:
-    """The sample's displacement in lengths of the elastic shape, behind what yields of the static one."""
-    way: float = abs(velocity_m_s) * dt_s / length_m / max(abs(shape), SMALLEST_SHAPE) ** p[2]
-    return way
+def _per_shape(before_m_s: float, shape: float, velocity_m_s: float) -> float:
+    """The speed in m/s over the static shape there; where both are next to nothing, as it was before."""
+    size = abs(shape)
+    return abs(velocity_m_s) / size if size >= SMALLEST_SHAPE else before_m_s
 
 
-def _stretched(p: Sequence[float], before: float, shape_before: float, shape: float, way: float) -> float:
-    """The elastic shape after a sample's way, over which the static one runs straight."""
-    if p[9] > 0.0:
-        return _before_a_knee(math.sqrt(p[9]), before, shape_before, shape, way)
-    decay = math.exp(-way)
-    mean = (1.0 - decay) / way if way > 1e-6 else 1.0 - 0.5 * way
-    return shape - (shape - shape_before) * mean + (before - shape_before) * decay
+def _pace(p: Sequence[float], per_shape_m_s: float, shape: float, velocity_m_s: float) -> float:
+    """The speed in m/s at which the elastic shape nears the static one: |v| / |shape|^creep."""
+    size, speed = abs(shape), abs(velocity_m_s)
+    if size >= SMALLEST_SHAPE:
+        return float(speed / size ** p[2])
+    return float(speed ** (1.0 - p[2]) * per_shape_m_s ** p[2])
 
 
-def _before_a_knee(full: float, before: float, shape_before: float, shape: float, way: float) -> float:
-    """The same, where what flows at z runs away as z nears 1 / full, in pieces that are straight in z."""
-    most = FULL / full
+def _stretched(
+    p: Sequence[float], before: float, shape_before: float, shape: float, way_before: float, way: float
+) -> float:
+    """The elastic shape after a sample, over which what the static one makes flow runs straight.
+
+    way_before, way: the sample's displacement in lengths, at the pace of its beginning and of its end. Behind
+    a knee what flows at z runs away as z nears the most; it is taken along its tangent.
+    """
+    full = math.sqrt(p[9])
+    most = FULL / full if full > 0.0 else math.inf
     z = min(max(before, -most), most)
-    more = (shape - shape_before) / PIECES
-    for k in range(PIECES):
-        here = shape_before + k * more
-        size = max(abs(here + 0.5 * more), SMALLEST_SHAPE)
-        speed = size / math.atanh(min(full * size, FULL))
-        steep = speed * full / (1.0 - (full * z) ** 2)
-        part = steep * way / PIECES
-        gone = -math.expm1(-part)
-        mean = gone / part if part > 1e-6 else 1.0 - 0.5 * part
-        off = here - speed * math.atanh(full * z)
-        there = z + (off * gone + more * (1.0 - mean)) / steep
-        # It never passes what yields; a straight line may, where the flow sets in beyond it.
-        low, high = min(z, here, here + more), max(z, here, here + more)
-        z = min(max(there, low, -most), high, most)
-    return z
+    flow = _flowing(full, min(max(shape_before, -most), most))
+    more = _flowing(full, min(max(shape, -most), most)) - flow
+    way = 0.5 * (way_before * _ease(full, shape_before) + way * _ease(full, shape))
+    steep = 1.0 / (1.0 - (full * z) ** 2)
+    part = way * steep
+    mean = -math.expm1(-part) / part if part > 1e-6 else 1.0 - 0.5 * part
+    there = z + (part * mean * (flow - _flowing(full, z)) + (1.0 - mean) * more) / steep
+    # It never passes what yields; a tangent may, where the flow sets in beyond it.
+    return min(max(there, min(z, shape_before, shape), -most), max(z, shape_before, shape), most)
+
+
+def _flowing(full: float, z: float) -> float:
+    """What flows at z along a tanh that is full at 1 / full; in proportion where that is nowhere."""
+    return math.atanh(full * z) / full if full > 0.0 else z
+
+
+def _ease(full: float, shape: float) -> float:
+    """What a pace is multiplied by, for how freely it flows: its shape over what flows there."""
+    if full <= 0.0:
+        return 1.0
+    size = max(abs(shape), SMALLEST_SHAPE)
+    return full * size / math.atanh(min(full * size, FULL))
 
 
 def _saturated(before: float, length_m: float, velocity_m_s: float, dt_s: float) -> float:
@@ -205,7 +226,8 @@ EFFECT = Effect(
         "F = f h ((1 - share) g + share (z + flow v) "
         "+ plastic ((1 - sharp) ((1 - rounded) y + rounded u) + sharp w)), "
         "dz/dt = |v| (r - |r| atanh(k z) / atanh(k |r|)) / (|r|^creep length), r = g - flow v, k = knee^0.5, "
-        f"|r| at least {SMALLEST_SHAPE:g} and k |r| at most {FULL:g} there; knee 0: |v| (r - z) over that, "
+        f"|v|/|r| as it was where |r| < {SMALLEST_SHAPE:g}, k |r| at most {FULL:g} in it; "
+        "knee 0: |v| (r - z) over that, "
         "dy/dt = |v| (sign(v) - y) / length, "
         "du/dt = (v - (v |u| + |v| u) |u| / 2) / length, dw/dt = v / length within -1 to 1, "
         f"length = yield_length + compliance f h; for y, u and w at least {SHORTEST_M:g} m; "
@@ -329,6 +351,8 @@ EFFECT = Effect(
         "rounded part u, -1 to 1",
         "sharp part w, -1 to 1",
         "f h of the sample before, N",
+        "pace of the sample before, m/s",
+        "speed over shape, where that is not next to nothing, m/s",
     ),
     undo=undo,
     guesses=_guesses,
