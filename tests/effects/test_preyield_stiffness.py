@@ -141,15 +141,15 @@ def test_the_plastic_part_before_yield_is_bouc_and_wens_beside_the_shape(dt_s):
     assert relative(ours, exact) < (0.002 if dt_s < 0.001 else 0.02)
 
 
-def test_the_plastic_part_is_exact_for_a_velocity_held_through_each_sample():
+def test_the_plastic_part_is_exact_for_a_velocity_that_runs_straight_over_each_sample():
     rng = np.random.default_rng(1)
     dt, fine, level, plastic = 0.002, 400, 1500.0, 0.3
     v = 0.4 * rng.standard_normal(60) * rng.integers(0, 2, 60)
     for length, compliance in ((4e-4, 0.0), (2e-4, 3e-7)):
         whole = length + compliance * level
         z, exact = np.sign(v[0]), []
-        for speed in v:
-            for _ in range(fine):  # the midpoint rule
+        for speeds in straight(v, fine):
+            for speed in speeds:  # the midpoint rule
                 half = z + 0.5 * dt / fine * (speed - abs(speed) * z) / whole
                 z += dt / fine * (speed - abs(speed) * half) / whole
             exact.append(plastic * level * z)
@@ -162,14 +162,16 @@ def test_the_plastic_part_is_exact_for_a_velocity_held_through_each_sample():
 
 def test_the_sharp_part_is_a_spring_before_friction():
     dt, level, length, plastic = 0.001, 1500.0, 2e-3, 0.3
-    x = 0.01 * np.sin(12.0 * np.arange(2000) * dt)
-    v = np.diff(x, prepend=x[0]) / dt
-    slider, exact = x[0], []  # the friction's end of the spring, which follows when the spring is at its most
-    for at in x:
-        slider = min(max(slider, at - length), at + length)
+    v = 0.12 * np.cos(12.0 * np.arange(2000) * dt + 1.0)
+    at, fine, exact = 0.0, 50, []
+    slider = -length  # the friction's end of the spring, which follows when the spring is at its most
+    for speeds in straight(v, fine):
+        for speed in speeds:
+            at += speed * dt / fine
+            slider = min(max(slider, at - length), at + length)
         exact.append(plastic * level * (at - slider) / length)
     ours = yielding((length, 0.0, 0.0, 0.0, plastic, 0.3, 1.0, 0.0, 0.0, 0.0), np.zeros(v.size), v, level, dt)
-    assert ours == pytest.approx(exact, abs=1e-6)
+    assert ours == pytest.approx(exact, abs=0.01)
     assert np.ptp(ours) == pytest.approx(2.0 * plastic * level)
 
 
@@ -180,9 +182,9 @@ def test_a_force_that_is_held_as_the_current_changes_relaxes_on_the_way_alone(sh
     level = np.repeat([1000.0, 400.0, 1500.0, 900.0], 60)
     v = 0.05 * np.sin(40.0 * np.arange(level.size) * dt)
     q, exact = 0.0, []
-    for speed, most in zip(v, level, strict=True):
+    for speeds, most in zip(straight(v, fine), level, strict=True):
         q = min(max(q, -most), most) if sharp else q
-        for _ in range(fine):
+        for speed in speeds:
             rate = speed if sharp else speed - abs(speed) * q / most
             q += spring_n_m * rate * dt / fine
             q = min(max(q, -most), most) if sharp else q
@@ -195,7 +197,7 @@ def test_a_force_that_is_held_as_the_current_changes_relaxes_on_the_way_alone(sh
 
 
 def test_without_a_length_the_plastic_part_is_the_sign_of_the_velocity_and_nothing_at_rest():
-    v = np.array([0.0, 0.0, 0.2, -0.2, -0.2, 0.0, 0.2])
+    v = np.array([0.0, 0.0, 2.0, -2.0, -2.0, 0.0, 2.0])
     beside = 100.0 * np.sign(v)
     ours = yielding((0.0, 0.0, 0.0, 1.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0), beside, v, 1000.0, 0.001)
     assert ours == pytest.approx([0.0, 0.0, 200.0, -200.0, -200.0, -100.0, 200.0], abs=1e-5)
@@ -234,7 +236,17 @@ def test_undoing_the_elasticity_before_yield_gives_the_wanted_force(
     effect = effects()["preyield_stiffness"]
     p, state = (
         (length, 0.0, creep, share, plastic, share, creep, plastic, 0.0, creep),
-        [elastic, shape - plastic * velocity_m_s, -elastic, elastic, shape, 1000.0, abs(velocity_m_s), 0.05],
+        [
+            elastic,
+            shape - plastic * velocity_m_s,
+            -elastic,
+            elastic,
+            shape,
+            1000.0,
+            abs(velocity_m_s),
+            0.05,
+            velocity_m_s,
+        ],
     )
     for sign in (1.0, -1.0):
         static = effect.undo(p, list(state), sign * wanted, velocity_m_s, 0.0, 1000.0, 0.001)
@@ -305,6 +317,13 @@ def test_a_spring_in_series_flows_at_rest_too_and_is_followed_to_second_order(ra
     made = yielding(p, static, v, level_n, 1.0 / rate_hz)
     error = float(np.sqrt(np.mean((made - true) ** 2) / np.mean((static - true) ** 2)))
     assert error < 3e-3 * (1000.0 / rate_hz) ** 2
+
+
+def straight(v, fine):
+    """For each sample the speeds in the middle of so many parts of it, straight from the one before."""
+    before = np.concatenate([v[:1], v[:-1]])
+    share = (np.arange(fine) + 0.5) / fine
+    return (1.0 - share) * before[:, None] + share * v[:, None]
 
 
 def yielding(p, force_n, v, level_n, dt_s):

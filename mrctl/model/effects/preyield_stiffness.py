@@ -48,9 +48,11 @@ def step(
     s[1] = yielding
     s[6] = pace
     if p[4] > 0.0:  # else nothing hangs on them
-        s[2] = _saturated(s[2], length, velocity_m_s, dt_s)
-        s[3] = _rounded(s[3], length, velocity_m_s, dt_s)
-        s[4] = _sharp(s[4], length, velocity_m_s, dt_s)
+        for way_m in _ways(s[8], velocity_m_s, dt_s):
+            s[2] = _saturated(s[2], length, way_m)
+            s[3] = _rounded(s[3], length, way_m)
+            s[4] = _sharp(s[4], length, way_m)
+    s[8] = velocity_m_s
     return _together(p, shape, elastic + p[7] * velocity_m_s, s[2], s[3], s[4]) * level_n
 
 
@@ -67,7 +69,7 @@ def start(
     yielding = force_n / level_n - p[7] * velocity_m_s
     per_shape = _per_shape(0.0, yielding, velocity_m_s)
     pace = _pace(p, per_shape, yielding, velocity_m_s)
-    return [yielding, yielding, sign, sign, sign, level_n, pace, per_shape]
+    return [yielding, yielding, sign, sign, sign, level_n, pace, per_shape, velocity_m_s]
 
 
 def undo(
@@ -90,9 +92,12 @@ def undo(
         unit = dt_s / max(length, AT_ONCE_M)
         pace = _pace(p, _per_shape(s[7], s[1], velocity_m_s), s[1], velocity_m_s)
         elastic += _stretched(p, kept * s[0], s[1], s[1], s[6] * unit, pace * unit) - s[1]
-    plastic = _saturated(kept * s[2], length, velocity_m_s, dt_s)
-    rounded = _rounded(kept * s[3], length, velocity_m_s, dt_s)
-    made = _together(p, shape, elastic, plastic, rounded, _sharp(kept * s[4], length, velocity_m_s, dt_s))
+    plastic, rounded, sharp = kept * s[2], kept * s[3], kept * s[4]
+    for way_m in _ways(s[8], velocity_m_s, dt_s):
+        plastic = _saturated(plastic, length, way_m)
+        rounded = _rounded(rounded, length, way_m)
+        sharp = _sharp(sharp, length, way_m)
+    made = _together(p, shape, elastic, plastic, rounded, sharp)
     if abs(shape) >= LARGEST_GAIN * abs(made):
         return wanted_n * math.copysign(LARGEST_GAIN, shape * made)
     return wanted_n * shape / made
@@ -152,16 +157,25 @@ def _ease(full: float, shape: float) -> float:
     return full * size / math.atanh(min(full * size, FULL))
 
 
-def _saturated(before: float, length_m: float, velocity_m_s: float, dt_s: float) -> float:
-    """The plastic part after a sample of one velocity, exactly; where nothing moves it stays."""
-    way = abs(velocity_m_s) * dt_s / max(length_m, SHORTEST_M)
-    return before - (math.copysign(1.0, velocity_m_s) - before) * math.expm1(-way)
+def _ways(before_m_s: float, velocity_m_s: float, dt_s: float) -> tuple[float, float]:
+    """The way in m until a velocity that runs straight over a sample turns, if it does, and the way after."""
+    if before_m_s * velocity_m_s >= 0.0:
+        return 0.0, 0.5 * (before_m_s + velocity_m_s) * dt_s
+    turned = before_m_s / (before_m_s - velocity_m_s)
+    return 0.5 * before_m_s * turned * dt_s, 0.5 * velocity_m_s * (1.0 - turned) * dt_s
 
 
-def _rounded(before: float, length_m: float, velocity_m_s: float, dt_s: float) -> float:
+def _saturated(before: float, length_m: float, way_m: float) -> float:
+    """The plastic part after a way in one direction, exactly; where nothing moves it stays."""
+    if way_m == 0.0:
+        return before
+    return before - (math.copysign(1.0, way_m) - before) * math.expm1(-abs(way_m) / max(length_m, SHORTEST_M))
+
+
+def _rounded(before: float, length_m: float, way_m: float) -> float:
     """The same with n = 2 and beta = gamma: straight down to 0, then as a tanh. Exact."""
-    way = abs(velocity_m_s) * dt_s / max(length_m, SHORTEST_M)
-    sign = math.copysign(1.0, velocity_m_s)
+    way = abs(way_m) / max(length_m, SHORTEST_M)
+    sign = math.copysign(1.0, way_m)
     share = sign * before
     if share < 0.0:
         down = min(way, -share)
@@ -173,9 +187,9 @@ def _rounded(before: float, length_m: float, velocity_m_s: float, dt_s: float) -
     return sign * share
 
 
-def _sharp(before: float, length_m: float, velocity_m_s: float, dt_s: float) -> float:
+def _sharp(before: float, length_m: float, way_m: float) -> float:
     """The same as n grows: straight until it yields, at once. Exact."""
-    return min(max(before + velocity_m_s * dt_s / max(length_m, SHORTEST_M), -1.0), 1.0)
+    return min(max(before + way_m / max(length_m, SHORTEST_M), -1.0), 1.0)
 
 
 def _together(
@@ -353,6 +367,7 @@ EFFECT = Effect(
         "f h of the sample before, N",
         "pace of the sample before, m/s",
         "speed over shape, where that is not next to nothing, m/s",
+        "velocity of the sample before, m/s",
     ),
     undo=undo,
     guesses=_guesses,
