@@ -69,18 +69,29 @@ def _bent(
     What fluid does not follow opens a cavity, which the way back must close first, but for what other flow
     has filled meanwhile; where another valve leads to it, it closes the faster.
     """
+    opens = 0.0
     if force_n < 0.0:
         sharpness = math.log(0.5) / math.log1p(-min(p[1] / p[0], SOFTEST))
         share, most = -force_n / limit_n, 1.0
         if share > 1.0:  # no power of what is above 1: it may be beyond all numbers
             share, most = 1.0 / share, 1.0 / share
         most /= math.pow(1.0 + math.pow(share, sharpness), 1.0 / sharpness)
-        s[0] += (1.0 - p[5]) * abs(velocity_m_s) * (1.0 - most) * dt_s
+        opens = (1.0 - p[5]) * abs(velocity_m_s) * (1.0 - most)
         force_n *= most
     if velocity_m_s > 0.0 and s[0] > 0.0:
+        opens -= velocity_m_s + p[8]
+    s[0] = _filled(s[0], s[4], opens, dt_s)
+    s[4] = opens
+    if velocity_m_s > 0.0:
         force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
-        s[0] = max(0.0, s[0] - (velocity_m_s + p[8]) * dt_s)
     return force_n
+
+
+def _filled(cavity_m: float, before_m_s: float, opens_m_s: float, dt_s: float) -> float:
+    """A cavity after a sample over which the speed at which it opens runs straight."""
+    if cavity_m <= 0.0 and before_m_s < 0.0 < opens_m_s:  # it opens within the sample
+        return 0.5 * opens_m_s * opens_m_s / (opens_m_s - before_m_s) * dt_s
+    return max(0.0, cavity_m + 0.5 * (before_m_s + opens_m_s) * dt_s)
 
 
 def _held(
@@ -102,7 +113,8 @@ def _held(
     follows = compression_speed(limit_n / max(level_n, LEAST_N), tables)
     opens = -velocity_m_s - follows
     opens = (1.0 - p[5]) * opens if opens > 0.0 else opens - p[8]
-    s[1] = max(0.0, s[1] + opens * dt_s)
+    s[1] = _filled(s[1], s[5], opens, dt_s)
+    s[5] = opens
     return -s[1] / (s[1] + p[3]) * (limit_n + static_n)
 
 
@@ -118,10 +130,10 @@ def start(
     dt_s: float,
 ) -> list[float]:
     """No cavity yet."""
-    at_once, state = (*p[:LAG], 0.0, 0.0, p[-1]), [0.0, 0.0, 0.0, 0.0]
+    at_once, state = (*p[:LAG], 0.0, 0.0, p[-1]), [0.0] * 6
     now = velocity_m_s, displacement_m, temperature_c, static_n, level_n, tables, dt_s
     taken_n = step(at_once, state, force_n, *now) - force_n
-    return [0.0, 0.0, taken_n, taken_n]
+    return [0.0, 0.0, taken_n, taken_n, *state[4:]]
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
@@ -241,5 +253,12 @@ EFFECT = Effect(
     guesses=_guesses,
     far=_far,
     start=start,
-    states=("cavity, m", "cavity that holds, m", "taken off the force, N", "taken off before, N"),
+    states=(
+        "cavity, m",
+        "cavity that holds, m",
+        "taken off the force, N",
+        "taken off before, N",
+        "speed at which it opens, m/s",
+        "speed at which the other opens, m/s",
+    ),
 )
