@@ -130,12 +130,14 @@ class _Valley:
 
     @classmethod
     def of(cls, full: Array, held: NDArray[np.bool_], damping: float) -> _Valley | None:
-        """None where they are singular: more damping is needed."""
+        """None where they are singular: more damping is needed. Nor where slopes are beyond all numbers."""
         move = np.flatnonzero(~held)
         part = full[np.ix_(move, move)]
         scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-30))
         scaled = part * np.outer(scale, scale)
         scaled[np.diag_indices_from(scaled)] += damping
+        if not np.all(np.isfinite(scaled)):
+            return None
         try:
             return cls(full.shape[0], move, scale, cho_factor(scaled))
         except np.linalg.LinAlgError:

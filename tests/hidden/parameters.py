@@ -241,10 +241,14 @@ def table(R, C):
     """Print errors and coverage by parameter and pooled, for each command that states parameters."""
     keys = comparable_cases(R, C)
     for source, words in (("", "diagnose"), ("extended", "extend")):
-        answers = {k: R[k] if not source else R[k].get(source) for k in keys}
-        rows = {k: compared(C[k], answers[k]) for k in keys if answers[k]}
-        if rows:
-            _print(rows, C, words)
+        answers = {k: answer for k in keys if (answer := R[k].get(source) if source else R[k])}
+        kept = {
+            k: answer for k, answer in answers.items() if set(C[k]["effects"]) <= set(answer["parameters"])
+        }
+        if kept:
+            _print({k: compared(C[k], answer) for k, answer in kept.items()}, C, words)
+        for k in answers.keys() - kept.keys():
+            print(f"  {k}: `{words}` does not keep {C[k]['effects'][0]}")
 
 
 def _print(rows, C, words):

@@ -197,11 +197,15 @@ def is_size(parameter: Parameter) -> bool:
 
 
 def is_nothing(effect: Effect, values: Sequence[float]) -> bool:
-    """Whether all sizes of an effect, by its parameters (SI), are those without one."""
+    """Whether all sizes of an effect, by its parameters (SI), are those without one.
+
+    So must be what a force is in proportion to, in a typical one or not: an asymmetry may be the current's
+    alone.
+    """
     return all(
         abs(value - p.neutral) <= AT_END * (p.high - p.low)
         for p, value in zip(effect.parameters, values, strict=True)
-        if is_size(p)
+        if is_size(p) or (p.linear and not p.optional)
     )
 
 

@@ -78,7 +78,7 @@ def _bent(
         most /= math.pow(1.0 + math.pow(share, sharpness), 1.0 / sharpness)
         opens = (1.0 - p[5]) * abs(velocity_m_s) * (1.0 - most)
         force_n *= most
-    if velocity_m_s > 0.0 and s[0] > 0.0:
+    if velocity_m_s > 0.0:  # an empty one stays empty, but what hangs on that must not jump as it fills
         opens -= velocity_m_s + p[8]
     s[0] = _filled(s[0], s[4], opens, dt_s)
     s[4] = opens
@@ -89,9 +89,10 @@ def _bent(
 
 def _filled(cavity_m: float, before_m_s: float, opens_m_s: float, dt_s: float) -> float:
     """A cavity after a sample over which the speed at which it opens runs straight."""
-    if cavity_m <= 0.0 and before_m_s < 0.0 < opens_m_s:  # it opens within the sample
-        return 0.5 * opens_m_s * opens_m_s / (opens_m_s - before_m_s) * dt_s
-    return max(0.0, cavity_m + 0.5 * (before_m_s + opens_m_s) * dt_s)
+    after_m = max(0.0, cavity_m + 0.5 * (before_m_s + opens_m_s) * dt_s)
+    if before_m_s < 0.0 < opens_m_s:  # no less than what opens once it turned
+        after_m = max(after_m, 0.5 * opens_m_s * opens_m_s / (opens_m_s - before_m_s) * dt_s)
+    return after_m
 
 
 def _held(

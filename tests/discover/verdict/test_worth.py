@@ -148,13 +148,17 @@ def test_a_form_is_stretched_where_it_ends_of_what_could_go_both_ways():
 @pytest.mark.parametrize("name", sorted(effects()))
 def test_an_effect_whose_sizes_are_those_without_it_is_none_whatever_its_shapes(name):
     one = effect(name)
-    sizes = [p for p, typical in zip(one.parameters, one.typical, strict=True) if typical != p.neutral]
+    sizes = [p for p in one.parameters if p.typical != p.neutral or (p.linear and not p.optional)]
     shapes = [p.low if p.neutral == p.high else p.high for p in one.parameters]
     of_no_size = tuple(p.neutral if p in sizes else x for p, x in zip(one.parameters, shapes, strict=True))
     assert sizes
     assert is_nothing(one, of_no_size)
     assert is_nothing(one, one.neutral)
     assert not is_nothing(one, one.typical)
+
+
+def test_an_asymmetry_that_the_current_alone_makes_is_something():
+    assert not is_nothing(effect("rebound_asymmetry"), (0.0, -0.48, 2.4, 0.0, 2.5))
 
 
 @pytest.mark.parametrize(("alike", "told"), [(-0.99, True), (0.0, False), (0.99, False)])
