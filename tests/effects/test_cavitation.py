@@ -193,6 +193,20 @@ def test_a_cavity_is_as_large_at_any_rate(held, rate_hz):
     assert np.max(np.abs(coarse - fine)) < 3e-5 * (250.0 / rate_hz) ** 2
 
 
+@pytest.mark.parametrize("held", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("v", [-0.9, 0.02, 0.4])
+@pytest.mark.parametrize("before", [-0.3, 0.0, 0.3])
+def test_next_to_nothing_in_an_empty_cavity_goes_on_as_next_to_nothing(held, v, before):
+    """Else slopes by it, carried from sample to sample, grow beyond all numbers."""
+    p, little = _p(500.0, 1.0, 1.0, 0.02, held=held), 1e-9
+    after = []
+    for size in (0.0, little):
+        state = [size, size, 0.0, 0.0, before, before]
+        _step(p, state, LEVEL_N * math.tanh(v / KNEE_M_S), v)
+        after.append(np.array(state)[[0, 1, 4, 5]])
+    assert np.max(np.abs(after[1] - after[0])) <= 1.01 * little
+
+
 @pytest.mark.parametrize("held", [0.0, 1.0])
 def test_what_is_taken_off_comes_late_by_its_lag_and_stands_at_the_start(held):
     dt, lag = 1e-4, 2e-3
