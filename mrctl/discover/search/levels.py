@@ -82,9 +82,9 @@ def search_level(
 ) -> Level:
     """Look at every candidate beside the model, and fit those that take at least `near` of the best.
 
-    afar: look at each from afar, too; known: the same model with one of the candidates, already proven: that
-    one is not fitted again, and the base it leads to is opinion enough, as is that of a trial with which
-    nothing is left, or next to nothing.
+    afar: look at each from afar, too, once other bases have been asked; known: the same model with one of the
+    candidates, already proven: that one is not fitted again, and the base it leads to is opinion enough, as
+    is that of a trial with which nothing is left, or next to nothing.
     """
     tangent = Tangent.of(before.fit)
     seen = looks(tangent, candidates, afar=afar)
@@ -110,7 +110,7 @@ def search_level(
         done(", ".join(one.effect.name for one in promising))
         # A look that its fit does not bear out must not keep others from being fitted.
         best = max((before.mean_square - t.proof.mean_square) / n2 * whole for t in trials)
-    told = bool(own) or any(t.proof.mean_square < ENOUGH * n2 or is_quiet(t.proof) for t in trials)
+    told = afar or bool(own) or any(t.proof.mean_square < ENOUGH * n2 or is_quiet(t.proof) for t in trials)
     for other in [] if told else second_opinions(before.fit):
         frozen = Tangent.of(other, frozen=True)
         cheap = [c for c in candidates if c.stage not in DEAR_TOGETHER]
