@@ -82,9 +82,9 @@ def search_level(
 ) -> Level:
     """Look at every candidate beside the model, and fit those that take at least `near` of the best.
 
-    afar: look at each from afar, too, once other bases have been asked; known: the same model with one of the
-    candidates, already proven: that one is not fitted again, and the base it leads to is opinion enough, as
-    is that of a trial with which nothing is left, or next to nothing.
+    afar: look at each from afar, once close looks and other bases have been asked; known: the same model with
+    one of the candidates, already proven: that one is not fitted again, and the base it leads to is opinion
+    enough, as is that of a trial with which nothing is left, or next to nothing.
     """
     tangent = Tangent.of(before.fit)
     seen = looks(tangent, candidates, afar=afar)
@@ -141,11 +141,11 @@ def further(level: Level, candidates: Sequence[Effect], folds: Folds) -> Level:
     """
     fitted = {t.effect.name for t in level.trials}
     more = search_level(level.before, [c for c in candidates if c.name not in fitted], folds, afar=True)
-    seen = [*more.looks, *(one for one in level.looks if one.effect.name in fitted)]
+    seen = {one.effect.name: one for one in sorted([*level.looks, *more.looks], key=lambda one: one.gain)}
     trials = [*more.trials, *(_judged(more.before, t, t.proof.colour) for t in level.trials)]
     return replace(
         more,
-        looks=sorted(seen, key=lambda one: -one.gain),
+        looks=sorted(seen.values(), key=lambda one: -one.gain),
         trials=sorted(trials, key=lambda trial: -trial.score),
     )
 

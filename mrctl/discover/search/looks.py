@@ -18,7 +18,6 @@ Array = NDArray[np.float64]
 
 CLIMBED = 7
 LITTLE = 0.02  # of the best promise: an effect that promises less is not looked at closely
-STARTS_AFAR = 2  # of an effect without far points, that is looked at from afar all the same
 STARTS = 3  # from which an effect is looked at closely, until one keeps what the glance promised there
 
 
@@ -28,7 +27,7 @@ def looks(
     """All candidates, best first; only the `most` best of a first glance are looked at closely.
 
     None of them that promises next to nothing is. Of one that is looked at from afar, too, the better look
-    counts; afar: all of them are.
+    counts; afar: all of them are, and none closely.
     """
     ranges = reach_of(tangent.fit.model)
 
@@ -40,7 +39,7 @@ def looks(
     promised = [glanced[0][0] for glanced in glances]
     best_first = sorted(range(len(effects)), key=lambda k: -promised[k])
     little = LITTLE * max([0.0, *promised])
-    closely = {k for k in best_first[:most] if promised[k] >= little}
+    closely = {k for k in best_first[:most] if promised[k] >= little and not afar}
     screen = Screen(tangent, ranges)
 
     def near(k: int) -> Look:
@@ -48,8 +47,8 @@ def looks(
             return screen.at(effects[k], glances[k][0][1])
         return max(_climbed(screen, effects[k], glances[k]), key=_gain)
 
-    starts = {e.name: [start for _, start in glances[k][:STARTS_AFAR]] for k, e in enumerate(effects)}
-    far = far_points(screen, effects, starts if afar else {})
+    starts = {e.name: [glances[k][0][1]] for k, e in enumerate(effects)} if afar else {}
+    far = far_points(screen, effects, starts)
     to_ask: list[Callable[[], Look | list[Promise]]] = [
         *(partial(promises, screen, *one) for one in far),
         *(partial(near, k) for k in range(len(effects))),
