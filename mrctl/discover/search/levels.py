@@ -134,13 +134,14 @@ def search_level(
 
 
 def further(level: Level, candidates: Sequence[Effect], folds: Folds) -> Level:
-    """The round in which nothing was found, with those looked at from afar too that were not fitted.
+    """The round in which nothing was found, with those looked at from afar too that were not, nor fitted.
 
     A base may have made up for an effect in a way that no small step shows: for the loop of a field by its
     tables and its filter.
     """
     fitted = {t.effect.name for t in level.trials}
-    more = search_level(level.before, [c for c in candidates if c.name not in fitted], folds, afar=True)
+    rest = [c for c in candidates if c.name not in fitted and (c.far is None or c.stage is Stage.TEMPERATURE)]
+    more = search_level(level.before, rest, folds, afar=True)
     seen = {one.effect.name: one for one in sorted([*level.looks, *more.looks], key=lambda one: one.gain)}
     trials = [*more.trials, *(_judged(more.before, t, t.proof.colour) for t in level.trials)]
     return replace(
