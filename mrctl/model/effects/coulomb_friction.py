@@ -8,6 +8,7 @@ from collections.abc import Mapping, MutableSequence, Sequence
 
 from mrctl.model.effects.base import FORCE_LAG, FORCE_SWING, Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.lag import swung
+from mrctl.model.ways import ways
 
 REST_M_S = 2e-3  # well below it
 HARDLY = 1e-6  # presliding lengths, over which a share hardly changes
@@ -28,18 +29,15 @@ def step(
 
     The velocity runs straight from sample to sample: what lags hears when in between it turned.
     """
-    share, before = s[0], s[1]
-    if before * velocity_m_s < 0.0:
-        turned = before / (before - velocity_m_s)
-        out = 0.5 * before * turned * dt_s / p[1]
-        back = 0.5 * velocity_m_s * (1.0 - turned) * dt_s / p[1]
-        there = _slid(share, out)
-        end = _slid(there, back)
-        mean = turned * _mean(share, there, out) + (1.0 - turned) * _mean(there, end, back)
-    else:
-        way = 0.5 * (before + velocity_m_s) * dt_s / p[1]
-        end = _slid(share, way)
-        mean = _mean(share, end, way)
+    turned, out_m, back_m = ways(s[1], velocity_m_s, dt_s)
+    there, mean = s[0], 0.0
+    if turned > 0.0:
+        out = out_m / p[1]
+        there = _slid(s[0], out)
+        mean = turned * _mean(s[0], there, out)
+    back = back_m / p[1]
+    end = _slid(there, back)
+    mean += (1.0 - turned) * _mean(there, end, back)
     s[0], s[1] = end, velocity_m_s
     heard = _steady(p, (dt_s * end + p[4] * mean) / (dt_s + p[4]), velocity_m_s)
     force = swung(heard, s[2], s[3], p[4], p[5], dt_s)

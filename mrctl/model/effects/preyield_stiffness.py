@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, MutableSequence, Sequence
 
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
+from mrctl.model.ways import ways
 
 # A force that has to be divided by its elastic share grows at most this much.
 LARGEST_GAIN = 5.0
@@ -48,7 +49,7 @@ def step(
     s[1] = yielding
     s[6] = pace
     if p[4] > 0.0:  # else nothing hangs on them
-        for way_m in _ways(s[8], velocity_m_s, dt_s):
+        for way_m in ways(s[8], velocity_m_s, dt_s)[1:]:
             s[2] = _saturated(s[2], length, way_m)
             s[3] = _rounded(s[3], length, way_m)
             s[4] = _sharp(s[4], length, way_m)
@@ -93,7 +94,7 @@ def undo(
         pace = _pace(p, _per_shape(s[7], s[1], velocity_m_s), s[1], velocity_m_s)
         elastic += _stretched(p, kept * s[0], s[1], s[1], s[6] * unit, pace * unit) - s[1]
     plastic, rounded, sharp = kept * s[2], kept * s[3], kept * s[4]
-    for way_m in _ways(s[8], velocity_m_s, dt_s):
+    for way_m in ways(s[8], velocity_m_s, dt_s)[1:]:
         plastic = _saturated(plastic, length, way_m)
         rounded = _rounded(rounded, length, way_m)
         sharp = _sharp(sharp, length, way_m)
@@ -155,14 +156,6 @@ def _ease(full: float, shape: float) -> float:
         return 1.0
     size = max(abs(shape), SMALLEST_SHAPE)
     return full * size / math.atanh(min(full * size, FULL))
-
-
-def _ways(before_m_s: float, velocity_m_s: float, dt_s: float) -> tuple[float, float]:
-    """The way in m until a velocity that runs straight over a sample turns, if it does, and the way after."""
-    if before_m_s * velocity_m_s >= 0.0:
-        return 0.0, 0.5 * (before_m_s + velocity_m_s) * dt_s
-    turned = before_m_s / (before_m_s - velocity_m_s)
-    return 0.5 * before_m_s * turned * dt_s, 0.5 * velocity_m_s * (1.0 - turned) * dt_s
 
 
 def _saturated(before: float, length_m: float, way_m: float) -> float:
