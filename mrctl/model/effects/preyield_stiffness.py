@@ -40,14 +40,14 @@ def step(
         s[5] = level_n
     shape = force_n / level_n
     elastic = yielding = shape - p[7] * velocity_m_s
-    s[7] = _per_shape(s[7], yielding, velocity_m_s)
-    pace = _pace(p, s[7], yielding, velocity_m_s)
     if length > 0.0 and p[3] > 0.0:
         unit = dt_s / max(length, AT_ONCE_M)
+        s[7] = _per_shape(s[7], yielding, velocity_m_s)
+        pace = _pace(p, s[7], yielding, velocity_m_s)
         elastic = _stretched(p, s[0], s[1], yielding, s[6] * unit, pace * unit)
+        s[6] = pace
     s[0] = elastic
     s[1] = yielding
-    s[6] = pace
     if p[4] > 0.0:  # else nothing hangs on them
         for way_m in ways(s[8], velocity_m_s, dt_s)[1:]:
             s[2] = _saturated(s[2], length, way_m)
