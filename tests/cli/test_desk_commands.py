@@ -87,8 +87,6 @@ def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(identified, 
     history = load_calibration(longer).provenance.history
     assert [step.effects for step in history][-1] == ("gas_spring",)
     assert _json(capsys, "compare", longer, campaign)["rmse_n"] < 6.0
-    again = _json(capsys, "diagnose", longer, campaign)
-    assert (again["verdict"], again["effects"]) == ("none", [])
     plain = tmp_path / "plain.yaml"
     removed = _json(capsys, "extend", longer, campaign, "--remove", "gas_spring", "-o", plain)
     assert removed["effects"] == []

@@ -1,6 +1,5 @@
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from discover.hidden import NOISE_N, few, one_current, one_frequency, rich
 
@@ -62,14 +61,3 @@ def test_one_current_cannot_tell_a_mount_from_a_fluid_that_is_elastic():
     assert set(result.effects) >= {"mount_compliance", "preyield_stiffness"}
     assert result.next_run is not None
     assert result.next_run.record.current_a.min() < 1.4
-
-
-def test_physics_that_no_effect_describes_is_called_unexplained():
-    campaign = rich()
-    # A force that goes to and fro with the path travelled, outwards and inwards otherwise.
-    for run in campaign.runs:
-        side = np.sign(run.displacement_m) * np.sign(np.gradient(np.abs(run.displacement_m)))
-        run.force_n[:] += 70.0 * np.sin(60.0 * np.cumsum(np.abs(run.velocity_m_s)) * run.dt_s * 2.0) * side
-    result = diagnose(campaign)
-    assert result.verdict == "unexplained"
-    assert result.effects == ()
