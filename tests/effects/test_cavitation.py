@@ -114,18 +114,21 @@ def test_no_speed_in_the_table_has_more_than_all_of_it():
     assert compression_speed(2.0 * end, TABLES) == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize(("firming", "refilled"), [(0.0, 0.0), (12.0, 0.0), (0.0, 0.6)])
-def test_an_open_cavity_holds_the_force_at_the_limit_until_fluid_has_filled_it(firming, refilled):
+@pytest.mark.parametrize(
+    ("firming", "refilled", "slack"),
+    [(0.0, 0.0, 0.0), (12.0, 0.0, 0.0), (0.0, 0.6, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.5)],
+)
+def test_an_open_cavity_holds_the_force_at_the_limit_until_fluid_has_filled_it(firming, refilled, slack):
     """Held against the cavity's volume by hand: it grows by what is swept less what flows at the limit."""
     state, dt = _begun(), 1e-4
-    p = _p(500.0, 0.5, 0.0, 3e-6, refilled=refilled, held=1.0, firming_per_m=firming)
+    p = _p(500.0, 0.5, 0.0, 3e-6, refilled=refilled, held=1.0, firming_per_m=firming, slack=slack)
     t = np.arange(20000) * dt
     v = 0.4 * np.sin(2.0 * np.pi * 1.0 * t)
     alone = LEVEL_N * np.tanh(v / KNEE_M_S)
     out = np.array([_step(p, state, f, u, dt_s=dt) for f, u in zip(alone, v, strict=True)])
     volume, want = 0.0, np.empty(t.size)
     for k, speed in enumerate(v):
-        limit = 500.0 * (1.0 + firming * volume)
+        limit = 500.0 * (1.0 + firming * volume) * (1.0 - slack if speed > 0.0 else 1.0)
         follows = KNEE_M_S * math.atanh(min(limit / LEVEL_N, 0.999))
         opens = -(speed + follows)
         volume = max(0.0, volume + opens * (1.0 - refilled if opens > 0.0 else 1.0) * dt)

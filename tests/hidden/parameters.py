@@ -113,11 +113,12 @@ def _cavitation(p, case):
                 "lag_s",
                 "swing",
                 "firming_per_m",
+                "slack",
             ),
             f"{FORM}: onset with compression speed",
         )
     own = {"limit_n": p["CFL"], "rise_per_m": 0.0, "warming_per_k": 0.0, "lag_s": 0.0}
-    own |= {"swing": "nothing lags", "firming_per_m": "no cavity holds"}
+    own |= {"swing": "nothing lags", "firming_per_m": "no cavity holds", "slack": "no cavity holds"}
     if p["CAV"] == 2:
         return own | {
             "refilled": 0.0,

@@ -108,9 +108,12 @@ def _held(
     """What is taken off the force in N while a cavity is open.
 
     Vapour on one side and the gas on the other press as at the limit, and fluid follows as fast as it does
-    at that force, whatever the piston does.
+    at that force, whatever the piston does; or the gas presses less as the piston comes back, for fluid
+    from elsewhere fills the cavity.
     """
     limit_n *= 1.0 + p[11] * s[1]
+    if velocity_m_s > 0.0:
+        limit_n *= 1.0 - p[12]
     follows = compression_speed(limit_n / max(level_n, LEAST_N), tables)
     opens = -velocity_m_s - follows
     opens = (1.0 - p[5]) * opens if opens > 0.0 else opens - p[8]
@@ -131,7 +134,7 @@ def start(
     dt_s: float,
 ) -> list[float]:
     """No cavity yet."""
-    at_once, state = (*p[:LAG], 0.0, 0.0, p[-1]), [0.0] * 6
+    at_once, state = (*p[:LAG], 0.0, 0.0, *p[LAG + 2 :]), [0.0] * 6
     now = velocity_m_s, displacement_m, temperature_c, static_n, level_n, tables, dt_s
     taken_n = step(at_once, state, force_n, *now) - force_n
     return [0.0, 0.0, taken_n, taken_n, *state[4:]]
@@ -144,16 +147,16 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
     shares = (1.0, 0.95, 0.85, 0.7)
     bent: list[Vector] = [
-        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         for loss, rise in kinds
         for share in shares
     ]
     return bent + [_holding(share * most, 0.0) for share in shares]
 
 
-def _holding(limit_n: float, rise_per_m: float) -> Vector:
+def _holding(limit_n: float, rise_per_m: float, closing_m: float = 1e-4, slack: float = 0.0) -> Vector:
     """A sharp limit at which an open cavity holds the force."""
-    return limit_n, 0.005 * limit_n, 0.0, 1e-4, rise_per_m, 0.0, 0.0, 1.0, 0.0, 2e-3, 0.3, 0.0
+    return limit_n, 0.005 * limit_n, 0.0, closing_m, rise_per_m, 0.0, 0.0, 1.0, 0.0, 2e-3, 0.3, 0.0, slack
 
 
 def _far(ranges: Ranges) -> list[Vector]:
@@ -161,7 +164,8 @@ def _far(ranges: Ranges) -> list[Vector]:
     most, stiffer = ranges.compression_force_n, 0.15 / max(ranges.displacement_m, 1e-3)
     if not 0.0 < most < LESS * ranges.force_n:
         return []
-    return [_holding(share * most, rise) for share in (0.95, 0.85) for rise in (0.0, stiffer)]
+    kinds = (0.0, 1e-4, 0.0), (stiffer, 1e-4, 0.0), (0.0, 1e-3, 1.0)
+    return [_holding(share * most, *kind) for share in (0.95, 0.85) for kind in kinds]
 
 
 EFFECT = Effect(
@@ -174,8 +178,9 @@ EFFECT = Effect(
         f"n = log(1/2) / log(1 - knee/limit), knee/limit at most {SOFTEST:g} there; "
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), less v on the way back "
         "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
-        "y/(y + closing) to -limit' (1 + firming y) while y > 0, with dy/dt = -v - v1, where b1 would be "
-        "that at v1, as it opens (1 - refilled) of it; leak closes it besides, while it does; what this "
+        "y/(y + closing) to -limit' (1 + firming y), where v > 0 to 1 - slack of it, while y > 0, with "
+        "dy/dt = -v - v1, where b1 would be that at v1, as it opens (1 - refilled) of it; leak closes it "
+        "besides, while it does; what this "
         "takes off F (of b1 where held) comes by swing lag^2 d2/dt2 + lag d/dt + 1"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
@@ -244,6 +249,17 @@ EFFECT = Effect(
             0.0,
             "growth of the limit with the cavity that holds it",
             3.0,
+            optional=True,
+        ),
+        Parameter(
+            "slack",
+            "1",
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            "part of the limit that is lost while the piston comes back",
+            0.3,
             optional=True,
         ),
     ),
