@@ -6,8 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from identify.virtual import Bench, random_damper
 
+from mrctl.discover.evidence import Evidence
 from mrctl.measurements.run import Campaign
 from mrctl.model.damper import EffectSetting
 
@@ -34,6 +36,17 @@ def rich(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> C
 def few(campaign: Campaign) -> Campaign:
     """A rich campaign's slow and fast sines and roads: enough where time counts."""
     return replace(campaign, runs=tuple(r for r in campaign.runs if not r.name.startswith("2Hz")))
+
+
+def among(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
+    """Only these effects are candidates, where time counts: what is hidden may be mistaken for them."""
+    every = Evidence.candidates
+
+    def some(evidence, known):
+        candidates, untestable = every(evidence, known)
+        return [c for c in candidates if c.name in names], untestable
+
+    monkeypatch.setattr(Evidence, "candidates", some)
 
 
 def one_frequency(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> Campaign:

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from discover.hidden import few, one_current, rich
+from discover.hidden import among, few, one_current, rich
 from scipy.signal import lfilter
 
 from mrctl.discover.diagnose import diagnose
@@ -95,7 +95,8 @@ def test_noise_has_no_course():
     assert not [c for c in courses_of(base) if c.certain and c.share > STRANGE]
 
 
-def test_a_force_that_fades_with_the_path_is_not_called_heating():
+def test_a_force_that_fades_with_the_path_is_not_called_heating(monkeypatch):
+    among(monkeypatch, "self_heating", "coulomb_friction", "viscous_damping", "stroke_dependent_damping")
     found = diagnose(changed(few(rich()), STRANGERS["fades or grows with the path travelled"]))
     assert (found.verdict, found.effects) == ("unexplained", ())
     figures = diagnosis_figures(found)
