@@ -69,7 +69,10 @@ def test_what_cavitates_keeps_a_share_of_its_limit_and_a_knee_of_some_sharpness(
     p, same = ((*one, *cavitation.EFFECT.neutral[len(one) :]) for one in (p, same))
     assert cavitation.EFFECT.within(p) == p
     first, second = (
-        cavitation.step(q, [0.0] * 6, -500.0, -0.1, 0.1, 25.0, -500.0, 600.0, TABLES, DT_S) for q in (p, same)
+        cavitation.step(
+            q, [0.0] * len(cavitation.EFFECT.states), -500.0, -0.1, 0.1, 25.0, -500.0, 600.0, TABLES, DT_S
+        )
+        for q in (p, same)
     )
     assert first == pytest.approx(second)
     assert f", at least {cavitation.LEAST_SHARE:g} limit; " in cavitation.EFFECT.equation

@@ -69,7 +69,9 @@ def _alike(got, want):
 
 @pytest.mark.parametrize("held", [0.0, 0.4, 1.0])
 def test_a_change_behind_a_limit_is_that_of_a_small_step(held):
-    chosen = [(effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3, 3e-3, held, 0.0, 2e-3, 0.3, 5.0))]
+    chosen = [
+        (effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3, 3e-3, held, 0.02, 2e-3, 0.3, 5.0, 0.3))
+    ]
     rows = np.stack([np.cos(5.0 * T), FORCE / 900.0, *(np.sin(k * T) for k in range(3, 12))])
     before = np.stack([np.sin(2.0 * T), -FORCE / 600.0, *(np.cos(k * T) for k in range(3, 10))])
     level = np.full(T.size, 800.0)

@@ -116,10 +116,15 @@ def _held(
         limit_n *= 1.0 - p[12]
     follows = compression_speed(limit_n / max(level_n, LEAST_N), tables)
     opens = -velocity_m_s - follows
-    opens = (1.0 - p[5]) * opens if opens > 0.0 else opens - p[8]
+    # What flows in as it opens keeps it small, but lifts no pressure.
+    s[6] = s[6] + p[8] * dt_s if opens > 0.0 else 0.0
+    if opens > 0.0:
+        opens *= 1.0 - p[5]
+    opens -= p[8]
     s[1] = _filled(s[1], s[5], opens, dt_s)
     s[5] = opens
-    return -s[1] / (s[1] + p[3]) * (limit_n + static_n)
+    opened = s[1] + s[6]
+    return -opened / (opened + p[3]) * (limit_n + static_n)
 
 
 def start(
@@ -134,7 +139,7 @@ def start(
     dt_s: float,
 ) -> list[float]:
     """No cavity yet."""
-    at_once, state = (*p[:LAG], 0.0, 0.0, *p[LAG + 2 :]), [0.0] * 6
+    at_once, state = (*p[:LAG], 0.0, 0.0, *p[LAG + 2 :]), [0.0] * 7
     now = velocity_m_s, displacement_m, temperature_c, static_n, level_n, tables, dt_s
     taken_n = step(at_once, state, force_n, *now) - force_n
     return [0.0, 0.0, taken_n, taken_n, *state[4:]]
@@ -151,10 +156,10 @@ def _guesses(ranges: Ranges) -> list[Vector]:
         for loss, rise in kinds
         for share in shares
     ]
-    return bent + [_holding(share * most, 0.0) for share in shares]
+    return bent + [_holding(share * most) for share in shares]
 
 
-def _holding(limit_n: float, rise_per_m: float, closing_m: float = 1e-4, slack: float = 0.0) -> Vector:
+def _holding(limit_n: float, rise_per_m: float = 0.0, closing_m: float = 1e-4, slack: float = 0.0) -> Vector:
     """A sharp limit at which an open cavity holds the force."""
     return limit_n, 0.005 * limit_n, 0.0, closing_m, rise_per_m, 0.0, 0.0, 1.0, 0.0, 2e-3, 0.3, 0.0, slack
 
@@ -164,8 +169,8 @@ def _far(ranges: Ranges) -> list[Vector]:
     most, stiffer = ranges.compression_force_n, 0.15 / max(ranges.displacement_m, 1e-3)
     if not 0.0 < most < LESS * ranges.force_n:
         return []
-    kinds = (0.0, 1e-4, 0.0), (stiffer, 1e-4, 0.0), (0.0, 1e-3, 1.0)
-    return [_holding(share * most, *kind) for share in (0.95, 0.85) for kind in kinds]
+    plain = [_holding(share * most, rise) for share in (0.95, 0.85) for rise in (0.0, stiffer)]
+    return [*plain, _holding(0.95 * most, closing_m=1e-3, slack=1.0)]
 
 
 EFFECT = Effect(
@@ -179,8 +184,8 @@ EFFECT = Effect(
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), less v on the way back "
         "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
         "y/(y + closing) to -limit' (1 + firming y), where v > 0 to 1 - slack of it, while y > 0, with "
-        "dy/dt = -v - v1, where b1 would be that at v1, as it opens (1 - refilled) of it; leak closes it "
-        "besides, while it does; what this "
+        "dy/dt = -v - v1, where b1 would be that at v1, less leak, as it opens (1 - refilled) of that less "
+        "leak, and y there without the leak while it opens; what this "
         "takes off F (of b1 where held) comes by swing lag^2 d2/dt2 + lag d/dt + 1"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
@@ -277,5 +282,6 @@ EFFECT = Effect(
         "taken off before, N",
         "speed at which it opens, m/s",
         "speed at which the other opens, m/s",
+        "what other flow filled of the other as it opened, m",
     ),
 )
