@@ -5,19 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, MutableSequence, Sequence
 
+from mrctl.model.chains import (
+    FULL,
+    SHORTEST_M,
+    SMALLEST_SHAPE,
+    pace_of,
+    rounded,
+    saturated,
+    sharp,
+    speed_per_shape,
+    stretched,
+)
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 from mrctl.model.ways import ways
 
 # A force that has to be divided by its elastic share grows at most this much.
 LARGEST_GAIN = 5.0
-# Below this part of the shape the speed over it is as it was: near rest both are next to nothing.
-SMALLEST_SHAPE = 1e-3
-# The plastic part turns round over no less than this: with no length at all it would jump at every reversal.
-SHORTEST_M = 1e-5
 # What is elastic beside g follows it at once over no length, and over this or less as if at once.
 AT_ONCE_M = 1e-9
-# What flows along a tanh is full at infinite speed: taken to this part of it.
-FULL = 0.999
 
 
 def step(
@@ -42,17 +47,17 @@ def step(
     elastic = yielding = shape - p[7] * velocity_m_s
     if length > 0.0 and p[3] > 0.0:
         unit = dt_s / max(length, AT_ONCE_M)
-        s[7] = _per_shape(s[7], yielding, velocity_m_s)
-        pace = _pace(p, s[7], yielding, velocity_m_s)
-        elastic = _stretched(p, s[0], s[1], yielding, s[6] * unit, pace * unit)
+        s[7] = speed_per_shape(s[7], yielding, velocity_m_s)
+        pace = pace_of(p[2], s[7], yielding, velocity_m_s)
+        elastic = stretched(p[9], s[0], s[1], yielding, s[6] * unit, pace * unit)
         s[6] = pace
     s[0] = elastic
     s[1] = yielding
     if p[4] > 0.0:  # else nothing hangs on them
         for way_m in ways(s[8], velocity_m_s, dt_s)[1:]:
-            s[2] = _saturated(s[2], length, way_m)
-            s[3] = _rounded(s[3], length, way_m)
-            s[4] = _sharp(s[4], length, way_m)
+            s[2] = saturated(s[2], length, way_m)
+            s[3] = rounded(s[3], length, way_m)
+            s[4] = sharp(s[4], length, way_m)
     s[8] = velocity_m_s
     return _together(p, shape, elastic + p[7] * velocity_m_s, s[2], s[3], s[4]) * level_n
 
@@ -68,8 +73,8 @@ def start(
     """Yielded: the elastic shape is the static one, the plastic part as the motion; at rest it is 0."""
     sign = math.copysign(1.0, velocity_m_s) if velocity_m_s != 0.0 else 0.0
     yielding = force_n / level_n - p[7] * velocity_m_s
-    per_shape = _per_shape(0.0, yielding, velocity_m_s)
-    pace = _pace(p, per_shape, yielding, velocity_m_s)
+    per_shape = speed_per_shape(0.0, yielding, velocity_m_s)
+    pace = pace_of(p[2], per_shape, yielding, velocity_m_s)
     return [yielding, yielding, sign, sign, sign, level_n, pace, per_shape, velocity_m_s]
 
 
@@ -91,14 +96,14 @@ def undo(
     elastic = shape = s[1] + p[7] * velocity_m_s
     if length > 0.0:
         unit = dt_s / max(length, AT_ONCE_M)
-        pace = _pace(p, _per_shape(s[7], s[1], velocity_m_s), s[1], velocity_m_s)
-        elastic += _stretched(p, kept * s[0], s[1], s[1], s[6] * unit, pace * unit) - s[1]
-    plastic, rounded, sharp = kept * s[2], kept * s[3], kept * s[4]
+        pace = pace_of(p[2], speed_per_shape(s[7], s[1], velocity_m_s), s[1], velocity_m_s)
+        elastic += stretched(p[9], kept * s[0], s[1], s[1], s[6] * unit, pace * unit) - s[1]
+    y, u, w = kept * s[2], kept * s[3], kept * s[4]
     for way_m in ways(s[8], velocity_m_s, dt_s)[1:]:
-        plastic = _saturated(plastic, length, way_m)
-        rounded = _rounded(rounded, length, way_m)
-        sharp = _sharp(sharp, length, way_m)
-    made = _together(p, shape, elastic, plastic, rounded, sharp)
+        y = saturated(y, length, way_m)
+        u = rounded(u, length, way_m)
+        w = sharp(w, length, way_m)
+    made = _together(p, shape, elastic, y, u, w)
     if abs(shape) >= LARGEST_GAIN * abs(made):
         return wanted_n * math.copysign(LARGEST_GAIN, shape * made)
     return wanted_n * shape / made
@@ -109,88 +114,10 @@ def _kept(p: Sequence[float], s: Sequence[float], level_n: float) -> float:
     return (s[5] / level_n) ** p[8] if p[8] > 0.0 else 1.0
 
 
-def _per_shape(before_m_s: float, shape: float, velocity_m_s: float) -> float:
-    """The speed in m/s over the static shape there; where both are next to nothing, as it was before."""
-    size = abs(shape)
-    return abs(velocity_m_s) / size if size >= SMALLEST_SHAPE else before_m_s
-
-
-def _pace(p: Sequence[float], per_shape_m_s: float, shape: float, velocity_m_s: float) -> float:
-    """The speed in m/s at which the elastic shape nears the static one: |v| / |shape|^creep."""
-    size, speed = abs(shape), abs(velocity_m_s)
-    if size >= SMALLEST_SHAPE:
-        return float(speed / size ** p[2])
-    return float(speed ** (1.0 - p[2]) * per_shape_m_s ** p[2])
-
-
-def _stretched(
-    p: Sequence[float], before: float, shape_before: float, shape: float, way_before: float, way: float
-) -> float:
-    """The elastic shape after a sample, over which what the static one makes flow runs straight.
-
-    way_before, way: the sample's displacement in lengths, at the pace of its beginning and of its end. Behind
-    a knee what flows at z runs away as z nears the most; it is taken along its tangent.
-    """
-    full = math.sqrt(p[9])
-    most = FULL / full if full > 0.0 else math.inf
-    z = min(max(before, -most), most)
-    flow = _flowing(full, min(max(shape_before, -most), most))
-    more = _flowing(full, min(max(shape, -most), most)) - flow
-    way = 0.5 * (way_before * _ease(full, shape_before) + way * _ease(full, shape))
-    steep = 1.0 / (1.0 - (full * z) ** 2)
-    part = way * steep
-    mean = -math.expm1(-part) / part if part > 1e-6 else 1.0 - 0.5 * part
-    there = z + (part * mean * (flow - _flowing(full, z)) + (1.0 - mean) * more) / steep
-    # It never passes what yields; a tangent may, where the flow sets in beyond it.
-    return min(max(there, min(z, shape_before, shape), -most), max(z, shape_before, shape), most)
-
-
-def _flowing(full: float, z: float) -> float:
-    """What flows at z along a tanh that is full at 1 / full; in proportion where that is nowhere."""
-    return math.atanh(full * z) / full if full > 0.0 else z
-
-
-def _ease(full: float, shape: float) -> float:
-    """What a pace is multiplied by, for how freely it flows: its shape over what flows there."""
-    if full <= 0.0:
-        return 1.0
-    size = max(abs(shape), SMALLEST_SHAPE)
-    return full * size / math.atanh(min(full * size, FULL))
-
-
-def _saturated(before: float, length_m: float, way_m: float) -> float:
-    """The plastic part after a way in one direction, exactly; where nothing moves it stays."""
-    if way_m == 0.0:
-        return before
-    return before - (math.copysign(1.0, way_m) - before) * math.expm1(-abs(way_m) / max(length_m, SHORTEST_M))
-
-
-def _rounded(before: float, length_m: float, way_m: float) -> float:
-    """The same with n = 2 and beta = gamma: straight down to 0, then as a tanh. Exact."""
-    way = abs(way_m) / max(length_m, SHORTEST_M)
-    sign = math.copysign(1.0, way_m)
-    share = sign * before
-    if share < 0.0:
-        down = min(way, -share)
-        share += down
-        way -= down
-    if share >= 0.0 and way > 0.0:
-        more = math.tanh(way)
-        share = (share + more) / (1.0 + share * more)
-    return sign * share
-
-
-def _sharp(before: float, length_m: float, way_m: float) -> float:
-    """The same as n grows: straight until it yields, at once. Exact."""
-    return min(max(before + way_m / max(length_m, SHORTEST_M), -1.0), 1.0)
-
-
-def _together(
-    p: Sequence[float], shape: float, elastic: float, plastic: float, rounded: float, sharp: float
-) -> float:
+def _together(p: Sequence[float], shape: float, elastic: float, y: float, u: float, w: float) -> float:
     """The force over f h."""
-    smooth = (1.0 - p[5]) * plastic + p[5] * rounded
-    return (1.0 - p[3]) * shape + p[3] * elastic + p[4] * ((1.0 - p[6]) * smooth + p[6] * sharp)
+    smooth = (1.0 - p[5]) * y + p[5] * u
+    return (1.0 - p[3]) * shape + p[3] * elastic + p[4] * ((1.0 - p[6]) * smooth + p[6] * w)
 
 
 def _rescaled(p: Vector, factor: float) -> Vector:
