@@ -2,7 +2,7 @@ import json
 
 import numpy as np
 import pytest
-from discover.hidden import NOISE_N, few, rich
+from discover.hidden import NOISE_N, among, few, rich
 
 from mrctl.calibration import load_calibration
 from mrctl.cli.main import main
@@ -68,7 +68,9 @@ def test_a_slow_run_is_predicted_as_it_is_compared(identified, campaign, tmp_pat
     assert rmse == pytest.approx(_json(capsys, "compare", calibration, slow)["rmse_n"], rel=1e-6)
 
 
-def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(identified, campaign, tmp_path, capsys):
+def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(
+    identified, campaign, tmp_path, capsys, monkeypatch
+):
     calibration, _ = identified
     report = tmp_path / "diagnosis.html"
     found = _json(capsys, "diagnose", calibration, campaign, "--report", report)
@@ -87,6 +89,9 @@ def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(identified, 
     history = load_calibration(longer).provenance.history
     assert [step.effects for step in history][-1] == ("gas_spring",)
     assert _json(capsys, "compare", longer, campaign)["rmse_n"] < 6.0
+    among(monkeypatch, "gas_spring", "fluid_inertia", "coulomb_friction")
+    again = _json(capsys, "diagnose", longer, campaign)
+    assert (again["verdict"], again["effects"]) == ("none", [])
     plain = tmp_path / "plain.yaml"
     removed = _json(capsys, "extend", longer, campaign, "--remove", "gas_spring", "-o", plain)
     assert removed["effects"] == []
