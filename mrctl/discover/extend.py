@@ -72,7 +72,7 @@ def extend(
     removed: effects that were in the model beside the known ones: the first error is with them.
     values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it;
     without one it is made here. falling: leave away those with which the error on the runs left out rises,
-    or that end as nothing; unseen: of these names also those with which that on motions left out does, as
+    beside the others that were added too, or that end as nothing; unseen: of these names also those with which that on motions left out does, as
     must be asked of effects that are only a part of the truth, or one of several. instead: by such an
     effect's name others that may stand in its place: of all of them, and of the places where fits of it may
     end, the best on runs and on motions left out is taken.
@@ -98,11 +98,14 @@ def extend(
     here = was = _Model(were, fitted(parts.training, were, begins, free=free), parts, free, motions)
     if removed:
         here = _Model(tuple(known), fitted(parts.training, known, begins, free=free), parts, free, motions)
-    steps, refused = [(_names(one.chosen), one.error_n) for one in dict.fromkeys((was, here))], []
-    for count, effect in enumerate(added, 1):
+    steps = [(_names(one.chosen), one.error_n) for one in dict.fromkeys((was, here))]
+    to_add, refused = list(added), list[Effect]()
+    while to_add:
+        effect = to_add.pop(0)
         if effect.name in _names(here.chosen):  # in another's place
             continue
-        report(count / (len(added) + 2), ", ".join(_names((*here.chosen, effect))))
+        done = 1 + len(here.chosen) - len(known)
+        report(done / (len(added) + 2), ", ".join(_names((*here.chosen, effect))))
         told = effect.name in unseen
         ways = [(effect, given.get(effect.name))]
         if told:  # from where a fit of it begins decides where it ends, as its rivals do
@@ -114,10 +117,11 @@ def extend(
         sound = (one for one in _best_first(models) if not falling or one.bears_out(here, told=told))
         better = next(sound, None)
         if better is None:
-            refused.append(effect.name)
+            refused.append(effect)
             continue
         here = better
         steps.append((_names(here.chosen), here.error_n))
+        to_add, refused = [*to_add, *refused], []  # beside this one they may be borne out
     report((len(added) + 1) / (len(added) + 2), "all runs")
     whole = fitted(records, here.chosen, dict(here.fit.effect_values), start=here.fit, free=free)
     std = table_std(whole, whole.covariance())
@@ -131,7 +135,7 @@ def extend(
         tuple(steps),
         parts.names,
         parts.noise_floor_n,
-        tuple(refused),
+        _names(refused),
     )
 
 

@@ -36,6 +36,23 @@ def test_an_effect_with_which_left_out_runs_are_predicted_worse_is_refused(
     assert result.rmse_after_n == errors[2 if len(kept) == 2 else 1]
 
 
+def test_an_effect_that_is_refused_alone_is_asked_again_beside_what_comes_after_it(monkeypatch):
+    """Alone it makes up for the other, too, in the runs at hand, and those left out speak against it."""
+    errors = {(): 30.0, (FIRST,): 40.0, (SECOND,): 29.0, (SECOND, FIRST): 9.0}
+
+    def error(fit, *_, **_scaled):
+        return errors[tuple(e.name for e in fit.model.effects.chosen)]
+
+    monkeypatch.setattr(module, "error_on", error)
+    monkeypatch.setattr(module, "is_nothing", lambda *_: False)
+    shares = []
+    added = [effects()[name] for name in (FIRST, SECOND)]
+    result = extend(one_frequency(), (), added, falling=True, report=lambda share, _: shares.append(share))
+    assert (result.effects, result.refused) == ((SECOND, FIRST), ())
+    assert [error_n for _, error_n in result.steps] == [30.0, 29.0, 9.0]
+    assert shares == sorted(shares)
+
+
 @pytest.mark.parametrize(("falling", "kept"), [(True, (FIRST,)), (False, (FIRST, SECOND))])
 def test_an_effect_that_ends_as_nothing_is_added_only_where_it_was_asked_for(monkeypatch, falling, kept):
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
