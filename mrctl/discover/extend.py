@@ -72,10 +72,10 @@ def extend(
     removed: effects that were in the model beside the known ones: the first error is with them.
     values: where effects begin, SI. evidence: the campaign as a diagnosis with these effects left it;
     without one it is made here. falling: leave away those with which the error on the runs left out rises,
-    beside the others that were added too, or that end as nothing; unseen: of these names also those with which that on motions left out does, as
-    must be asked of effects that are only a part of the truth, or one of several. instead: by such an
-    effect's name others that may stand in its place: of all of them, and of the places where fits of it may
-    end, the best on runs and on motions left out is taken.
+    beside the others that were added too, or that end as nothing; unseen: of these names also those with
+    which that on motions left out does, as must be asked of effects that are only a part of the truth, or
+    one of several. instead: by such an effect's name others that may stand in its place: of all of them, and
+    of the places where fits of it may end, the best on runs and on motions left out is taken.
     begin: a model with effects that has been found; the fit with just those begins there too, since a base
     without them may lead it elsewhere.
 

@@ -156,12 +156,20 @@ def _guesses(ranges: Ranges) -> list[Vector]:
         for loss, rise in kinds
         for share in shares
     ]
-    return bent + [_holding(share * most) for share in shares]
+    leaking = _holding(0.95 * most, leak_m_s=0.3 * ranges.velocity_m_s)
+    return [*bent, *(_holding(share * most) for share in shares), leaking]
 
 
-def _holding(limit_n: float, rise_per_m: float = 0.0, closing_m: float = 1e-4, slack: float = 0.0) -> Vector:
+def _holding(
+    limit_n: float,
+    rise_per_m: float = 0.0,
+    closing_m: float = 1e-4,
+    slack: float = 0.0,
+    leak_m_s: float = 0.0,
+) -> Vector:
     """A sharp limit at which an open cavity holds the force."""
-    return limit_n, 0.005 * limit_n, 0.0, closing_m, rise_per_m, 0.0, 0.0, 1.0, 0.0, 2e-3, 0.3, 0.0, slack
+    knee_n = 0.005 * limit_n
+    return limit_n, knee_n, 0.0, closing_m, rise_per_m, 0.0, 0.0, 1.0, leak_m_s, 2e-3, 0.3, 0.0, slack
 
 
 def _far(ranges: Ranges) -> list[Vector]:
