@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import pytest
-from discover.hidden import NOISE_N, few, one_current, one_frequency, rich
+from discover.hidden import NOISE_N, among, few, one_current, one_frequency, rich
 
 from mrctl.discover import taken_anew
 from mrctl.discover.diagnose import diagnose
@@ -38,6 +38,7 @@ def test_an_effect_that_does_worse_than_none_once_the_zeros_are_its_own_is_not_k
         louder = replace(proof, inside=proof.inside * 1e4) if proof.fit.model.effects.size else proof
         return evidence, louder
 
+    among(monkeypatch, "force_offset", "gas_spring", "rebound_asymmetry")
     monkeypatch.setattr(taken_anew, "rezeroed", worse)
     diagnosis = diagnose(few(rich({"force_offset": {"offset_n": 80.0}})))
     assert not diagnosis.effects

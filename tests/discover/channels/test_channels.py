@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from discover.campaigns import shipped, sine, with_effect
+from discover.hidden import among
 from identify.virtual import Bench, random_damper
 from scipy.stats import chi2
 
@@ -105,7 +106,8 @@ def test_runs_with_zeros_of_their_own_miss_nothing_and_it_is_said():
     assert diagnosis_figures(diagnosis)["channels"]["zeros_n"]["0.csv"] == pytest.approx(9.0, abs=2.0)
 
 
-def test_a_true_offset_beside_them_is_not_taken_for_zeros():
+def test_a_true_offset_beside_them_is_not_taken_for_zeros(monkeypatch):
+    among(monkeypatch, "force_offset", "gas_spring", "coulomb_friction", "rebound_asymmetry")
     diagnosis = diagnose(steady_runs(with_effect(shipped(), "force_offset", offset_n=120.0)))
     assert "force_offset" in diagnosis.effects
     assert np.abs(diagnosis.evidence.cell.zeros_n).max() < 20.0

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from discover.campaigns import every, road, shipped, with_effect
+from discover.hidden import among
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.extend import extend
@@ -42,7 +43,8 @@ def test_the_published_filter_alone_is_no_delay():
     assert result.final.mean_square < 1.1 * NOISE_N**2
 
 
-def test_beside_it_an_effect_is_named_alone_and_leaves_the_noise():
+def test_beside_it_an_effect_is_named_alone_and_leaves_the_noise(monkeypatch):
+    among(monkeypatch, "sensor_delay", "quadratic_damping", "viscous_damping", "mount_compliance")
     damper = with_effect(shipped(), "quadratic_damping", coefficient_n_s2_m2=400.0, lag_s=0.0)
     campaign = _campaign(damper, seconds=4.0)
     result = diagnose(campaign)
@@ -51,7 +53,8 @@ def test_beside_it_an_effect_is_named_alone_and_leaves_the_noise():
     assert extension.rmse_after_n < 1.05 * NOISE_N < extension.rmse_before_n
 
 
-def test_a_late_force_is_still_a_delay():
+def test_a_late_force_is_still_a_delay(monkeypatch):
+    among(monkeypatch, "sensor_delay", "fluid_inertia", "preyield_stiffness", "mount_compliance")
     result = diagnose(_campaign(with_effect(shipped(), "sensor_delay", delay_s=3e-3)))
     assert (result.verdict, result.effects) == ("found", ("sensor_delay",))
     assert result.final.fit.effect_values["sensor_delay"][0] == pytest.approx(3.5e-3, abs=0.5e-3)
