@@ -116,10 +116,11 @@ def _held(
         limit_n *= 1.0 - p[12]
     follows = compression_speed(limit_n / max(level_n, LEAST_N), tables)
     opens = -velocity_m_s - follows
-    # What flows in as it opens keeps it small, but lifts no pressure.
-    s[6] = s[6] + p[8] * dt_s if opens > 0.0 else 0.0
     if opens > 0.0:
         opens *= 1.0 - p[5]
+        s[6] += p[8] * dt_s  # what flows in as it opens keeps it small, but lifts no pressure
+    else:
+        s[6] = 0.0
     opens -= p[8]
     s[1] = _filled(s[1], s[5], opens, dt_s)
     s[5] = opens
