@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,6 +31,7 @@ SHORTEST = 16  # samples; less says nothing about a third-order filter
 REST_SHARE = 0.03  # of a record's top speed: slower is at rest or turns
 TURN_S, TURN_SHARE = 0.02, 0.4  # where it turns, velocity or force change about as much as ever in that time
 SOON_S, STILL_SHARE = 0.25, 0.05  # or about as much as soon, and not much less than ever
+SLACK_SHARE, HELD_SHARE = 0.1, 0.5  # of the force's largest soon: what holds nothing yet, or still as before
 SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
 SLOWEST_HZ = 50.0
 
@@ -93,12 +95,21 @@ class Record:
 
     @property
     def driven_m_s(self) -> Array:
-        """The velocity that moves a model: at rest, while noise points to both sides, it is none at first."""
-        v = self.velocity_m_s
-        soon = v[: int(TURN_S * self.rate_hz) + 1]
-        if soon.min() >= 0.0 or soon.max() <= 0.0 or not self.starts_at_rest:
+        """The velocity that moves a model: where noise or a turn hides from where it came, the force tells.
+
+        It is none at first where the force is next to none, or at rest, while noise points to both sides.
+        Just after a turn what yields still holds as before it: of the force's sign.
+        """
+        v, most = self.velocity_m_s, float(np.abs(self.force_n[: int(SOON_S * self.rate_hz) + 1]).max())
+        if abs(float(v[0])) >= REST_SHARE * float(np.abs(v).max()):
             return v
-        return np.concatenate([[0.0], v[1:]])
+        first, force_n = float(v[0]), float(self.force_n[0])
+        soon = v[: int(TURN_S * self.rate_hz) + 1]
+        if abs(force_n) < SLACK_SHARE * most or (self.starts_at_rest and soon.min() < 0.0 < soon.max()):
+            first = 0.0
+        elif abs(force_n) > HELD_SHARE * most:
+            first = math.copysign(first, force_n)
+        return v if first == v[0] else np.concatenate([[first], v[1:]])
 
     @cached_property
     def slow(self) -> int:
