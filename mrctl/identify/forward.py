@@ -19,7 +19,8 @@ def modelled(damper: Damper, run: Run) -> Array:
     """The forward model's force in N (n); EffectError where an effect needs a signal that the run lacks.
 
     A run slower than the damper's filter goes through the model at a multiple of its rate: between samples
-    there are reversals, and the filter cannot be carried down to its rate.
+    there are reversals, and the filter cannot be carried down to its rate. Of the measured force only this is
+    asked: where a run begins slowly, from where it came, as in a fit (Record.driven_m_s).
     """
     there = behind(run)
     factor = refinement(run.sample_rate_hz, damper.forward_filter.sample_rate_hz)
@@ -29,7 +30,7 @@ def modelled(damper: Damper, run: Run) -> Array:
         there.velocity_m_s,
         there.current_a,
         there.temperature_c,
-        np.zeros(len(run)),
+        np.nan_to_num(there.force_n),
         there.displacement_m,
         there.acceleration_m_s2,
         averaged_s=run.averaged_s,
@@ -37,7 +38,7 @@ def modelled(damper: Damper, run: Run) -> Array:
     force = simulate(
         damper,
         1.0 / fine.rate_hz,
-        fine.velocity_m_s,
+        fine.driven_m_s,
         fine.current_a,
         fine.temperature_c,
         fine.displacement_m,

@@ -121,26 +121,3 @@ def test_noise_does_not_say_to_which_side_a_record_that_starts_at_rest_has_yield
     forces = both.predict(theta)
     assert forces[0] == pytest.approx(forces[1], abs=1.0)
     assert abs(forces[0][0]) < 1.0
-
-
-@pytest.mark.parametrize(
-    ("first_n", "begun_m_s"),
-    [(3.0, 0.0), (-3.0, 0.0), (200.0, 2e-4), (-200.0, 2e-4), (560.0, 2e-4), (-560.0, -2e-4)],
-)
-def test_where_a_record_begins_slowly_its_force_tells_from_where_it_came(first_n, begun_m_s):
-    """Next to none: nothing holds yet; most of what it has soon: as before the turn; else the motion."""
-    t = np.arange(800) / RATE_HZ
-    v = 0.3 * np.sin(2.0 * np.pi * 3.0 * t) + 2e-4
-    flat, force = np.ones(t.size), 600.0 * np.tanh(v / 0.05)
-    one = Record(0, RATE_HZ, v, flat, flat, np.concatenate([[first_n], force[1:]]), flat, flat)
-    assert not one.starts_at_rest
-    assert one.driven_m_s[0] == pytest.approx(begun_m_s)
-    assert np.array_equal(one.driven_m_s[1:], v[1:])
-
-
-def test_a_record_that_begins_in_motion_is_driven_as_it_was_measured():
-    t = np.arange(800) / RATE_HZ
-    v = 0.3 * np.cos(2.0 * np.pi * 3.0 * t)
-    flat, force = np.ones(t.size), np.concatenate([[-600.0], 600.0 * np.tanh(v[1:] / 0.05)])
-    one = Record(0, RATE_HZ, v, flat, flat, force, flat, flat)
-    assert np.array_equal(one.driven_m_s, v)
