@@ -32,6 +32,8 @@ REST_SHARE = 0.03  # of a record's top speed: slower is at rest or turns
 TURN_S, TURN_SHARE = 0.02, 0.4  # where it turns, velocity or force change about as much as ever in that time
 SOON_S, STILL_SHARE = 0.25, 0.05  # or about as much as soon, and not much less than ever
 SLACK_SHARE, HELD_SHARE = 0.1, 0.5  # of the force's largest soon: what holds nothing yet, or still as before
+TURNED_SHARE = 0.2  # of a record's top speed: no faster just after a turn
+TINY_M_S, TINY_N = 1e-9, 1e-9
 SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
 SLOWEST_HZ = 50.0
 
@@ -97,18 +99,24 @@ class Record:
     def driven_m_s(self) -> Array:
         """The velocity that moves a model: where noise or a turn hides from where it came, the force tells.
 
-        It is none at first where the force is next to none, or at rest, while noise points to both sides.
-        Just after a turn what yields still holds as before it: of the force's sign.
+        While it is next to none a slow motion begins from rest, as it does where noise points to both sides.
+        Just after a turn what yields still holds as before it, on the force's side.
         """
-        v, most = self.velocity_m_s, float(np.abs(self.force_n[: int(SOON_S * self.rate_hz) + 1]).max())
-        if abs(float(v[0])) >= REST_SHARE * float(np.abs(v).max()):
-            return v
-        first, force_n = float(v[0]), float(self.force_n[0])
+        v, swing = self.velocity_m_s, self.force_n[:: self.finer]  # what was measured
+        if min(float(v.max()), -float(v.min())) > TURNED_SHARE * float(np.abs(v).max()):
+            swing = swing - 0.5 * (swing.max() + swing.min())  # about a gas spring's preload
+        share = float(swing[0]) / max(
+            float(np.abs(swing[: int(SOON_S * self.rate_hz / self.finer) + 1]).max()), TINY_N
+        )
+        speed = abs(float(v[0])) / max(float(np.abs(v).max()), TINY_M_S)
         soon = v[: int(TURN_S * self.rate_hz) + 1]
-        if abs(force_n) < SLACK_SHARE * most or (self.starts_at_rest and soon.min() < 0.0 < soon.max()):
+        first = float(v[0])
+        if abs(share) > HELD_SHARE and speed < TURNED_SHARE:
+            first = math.copysign(first, share)
+        elif speed < REST_SHARE and (
+            abs(share) < SLACK_SHARE or (self.starts_at_rest and soon.min() < 0.0 < soon.max())
+        ):
             first = 0.0
-        elif abs(force_n) > HELD_SHARE * most:
-            first = math.copysign(first, force_n)
         return v if first == v[0] else np.concatenate([[first], v[1:]])
 
     @cached_property

@@ -33,6 +33,17 @@ def test_where_a_record_begins_slowly_its_force_tells_from_where_it_came(first_n
     assert np.array_equal(one.driven_m_s[1:], v[1:])
 
 
+@pytest.mark.parametrize("preload_n", [0.0, 900.0, -900.0])
+@pytest.mark.parametrize(("held", "begun"), [(-1.0, -1.0), (0.2, 1.0), (1.0, 1.0)])
+def test_soon_after_a_turn_what_yields_is_where_it_was_before(preload_n, held, begun):
+    t = np.arange(800) / RATE_HZ
+    v = 0.3 * np.sin(2.0 * np.pi * 3.0 * t + 0.1)
+    flat, force = np.ones(t.size), 600.0 * np.tanh(v / 0.05)
+    force[0] = 600.0 * held
+    one = Record(0, RATE_HZ, v, flat, flat, force + preload_n, flat, flat)
+    assert one.driven_m_s[0] == pytest.approx(begun * v[0])
+
+
 def test_a_record_that_begins_in_motion_is_driven_as_it_was_measured():
     t = np.arange(800) / RATE_HZ
     v = 0.3 * np.cos(2.0 * np.pi * 3.0 * t)
