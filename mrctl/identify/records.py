@@ -33,7 +33,7 @@ TURN_S, TURN_SHARE = 0.02, 0.4  # where it turns, velocity or force change about
 SOON_S, STILL_SHARE = 0.25, 0.05  # or about as much as soon, and not much less than ever
 SLACK_SHARE, HELD_SHARE = 0.1, 0.5  # of the force's largest soon: what holds nothing yet, or still as before
 TURNED_SHARE = 0.2  # of a record's top speed: no faster just after a turn
-TINY_M_S, TINY_N = 1e-9, 1e-9
+TINY_M_S, TINY_N = 1e-9, 1e-9  # a share of nothing is none
 SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
 SLOWEST_HZ = 50.0
 
@@ -99,8 +99,8 @@ class Record:
     def driven_m_s(self) -> Array:
         """The velocity that moves a model: where noise or a turn hides from where it came, the force tells.
 
-        While it is next to none a slow motion begins from rest, as it does where noise points to both sides.
-        Just after a turn what yields still holds as before it, on the force's side.
+        While the force is next to none a slow motion begins from rest, as it does where noise points to both
+        sides. Just after a turn what yields still holds as before it, on the force's side.
         """
         v, swing = self.velocity_m_s, self.force_n[:: self.finer]  # what was measured
         if min(float(v.max()), -float(v.min())) > TURNED_SHARE * float(np.abs(v).max()):
