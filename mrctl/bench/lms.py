@@ -87,7 +87,7 @@ def measure_lms(rounds: int = 3, advance: Callable[[], None] = lambda: None) -> 
             peer = FilterLMS(TAPS, mu=STEP_PER_N2, w="zeros")
             other_s.append(_seconds(partial(peer.run, wanted, rows)))
             other = np.asarray(peer.w, dtype=np.float64)
-            many_s.append(_seconds(partial(_many_passes, inputs, wanted)))
+            many_s.append(_seconds(lambda: many_passes(pass_map(inputs, wanted, STEP_PER_N2, TAPS), PASSES)))
             advance()
     finally:
         gc.enable()
@@ -123,10 +123,6 @@ def lms_rows(cost: LmsCost) -> tuple[list[str], list[list[str | float]]]:
             cost.padasip_passes_s / cost.passes_s,
         ],
     ]
-
-
-def _many_passes(inputs: Array, wanted: Array) -> None:
-    many_passes(pass_map(inputs, wanted, STEP_PER_N2, TAPS), PASSES)
 
 
 def _seconds(work: Callable[[], object]) -> float:

@@ -33,7 +33,6 @@ TURN_S, TURN_SHARE = 0.02, 0.4  # where it turns, velocity or force change about
 SOON_S, STILL_SHARE = 0.25, 0.05  # or about as much as soon, and not much less than ever
 SLACK_SHARE, HELD_SHARE = 0.1, 0.5  # of the force's largest soon: what holds nothing yet, or still as before
 TURNED_SHARE = 0.2  # of a record's top speed: no faster just after a turn
-TINY_M_S, TINY_N = 1e-9, 1e-9  # a share of nothing is none
 SLOW_M_S = 1e-3  # from sample to sample: far less than a damper's knee is wide
 SLOWEST_HZ = 50.0
 
@@ -92,8 +91,7 @@ class Record:
             like_soon = changes[0] > max(TURN_SHARE * float(soon.max()), STILL_SHARE * most)
             return bool(like_soon or changes[0] > TURN_SHARE * most)
 
-        slow = abs(float(v[0])) < REST_SHARE * float(np.abs(v).max())
-        return slow and not turns(v) and not turns(self.force_n)
+        return self._begins_below(REST_SHARE) and not turns(v) and not turns(self.force_n)
 
     @property
     def driven_m_s(self) -> Array:
@@ -105,19 +103,20 @@ class Record:
         v, swing = self.velocity_m_s, self.force_n[:: self.finer]  # what was measured
         if min(float(v.max()), -float(v.min())) > TURNED_SHARE * float(np.abs(v).max()):
             swing = swing - 0.5 * (swing.max() + swing.min())  # about a gas spring's preload
-        share = float(swing[0]) / max(
-            float(np.abs(swing[: int(SOON_S * self.rate_hz / self.finer) + 1]).max()), TINY_N
-        )
-        speed = abs(float(v[0])) / max(float(np.abs(v).max()), TINY_M_S)
+        held = float(swing[0])
+        most = float(np.abs(swing[: int(SOON_S * self.rate_hz / self.finer) + 1]).max())
         soon = v[: int(TURN_S * self.rate_hz) + 1]
         first = float(v[0])
-        if abs(share) > HELD_SHARE and speed < TURNED_SHARE:
-            first = math.copysign(first, share)
-        elif speed < REST_SHARE and (
-            abs(share) < SLACK_SHARE or (self.starts_at_rest and soon.min() < 0.0 < soon.max())
+        if abs(held) > HELD_SHARE * most and self._begins_below(TURNED_SHARE):
+            first = math.copysign(first, held)
+        elif self._begins_below(REST_SHARE) and (
+            abs(held) <= SLACK_SHARE * most or (self.starts_at_rest and soon.min() < 0.0 < soon.max())
         ):
             first = 0.0
         return v if first == v[0] else np.concatenate([[first], v[1:]])
+
+    def _begins_below(self, share: float) -> bool:
+        return abs(float(self.velocity_m_s[0])) < share * float(np.abs(self.velocity_m_s).max())
 
     @cached_property
     def slow(self) -> int:

@@ -121,3 +121,8 @@ def test_noise_does_not_say_to_which_side_a_record_that_starts_at_rest_has_yield
     forces = both.predict(theta)
     assert forces[0] == pytest.approx(forces[1], abs=1.0)
     assert abs(forces[0][0]) < 1.0
+    aside = begun(1e-4, 2e-4)  # to one side only, but its force is next to none
+    assert aside.starts_at_rest
+    assert aside.driven_m_s[0] == 0.0
+    moving = replace(aside, force_n=np.concatenate([[200.0], aside.force_n[1:]]))
+    assert np.array_equal(moving.driven_m_s, moving.velocity_m_s)  # slowly, and to one side
