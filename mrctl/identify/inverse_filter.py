@@ -27,15 +27,12 @@ LEAST_DAMPING, MOST_DAMPING = 0.5, 10.0  # of the pole pair: what rings amplifie
 SLOWEST_HZ, STARTS_HZ = 0.2, (60.0, 150.0, 400.0)
 LOOP_RATES_HZ = (500.0, 1000.0, 2000.0)
 # Fastest pole, end of the band that is followed (Hz), and the gain of the inverse filter that counts as an
-# error: less is asked, step by step, until every loop rate can carry the filter and it does what it is for. A
-# forward filter that is late cannot be followed far, and asked to, an inverse gets worse where it could.
-LADDER = (
-    (400.0, 100.0, 30.0),
-    (200.0, 100.0, 30.0),
-    (140.0, 60.0, 10.0),
-    (100.0, 40.0, 3.0),
-    (70.0, 30.0, 1.0),
-)
+# error: less is asked, from the first to the last step by step, until every loop rate can carry the filter
+# and it does what it is for. A forward filter that is late cannot be followed far, and asked to, an inverse
+# gets worse where it could. With a larger first gain it tracks a wish without noise better still, one with
+# 0.3 % of noise no better.
+STEPS = 12
+LADDER = np.geomspace((400.0, 100.0, 10.0), (70.0, 30.0, 1.0), STEPS)
 FOLLOWED_HZ = 100.0
 ENOUGH = 0.2  # of the errors that are as asked: no other is looked for
 FASTEST_SHARE = 0.4  # of the sample rate: no pole is faster

@@ -64,6 +64,18 @@ def test_a_late_filter_is_followed_where_it_can_be():
         assert np.max(np.abs(inverse.response(hz) * late.response(hz) - 1.0)) < most
 
 
+def test_a_soft_filter_that_a_slow_loop_barely_carries_is_followed_above_the_band_too():
+    # An inverse for a slower or narrower band, taken in its place, doubles what is asked at 50 Hz.
+    b, a = np.array((0.0051, 0.0022, 0.0159, -0.0031)), (1.0, -2.2952, 1.7724, -0.4571)
+    soft = Filter.of(1000.0, b * (np.sum(a) / np.sum(b)), a)
+    inverse = design_inverse_filter(soft)
+    above = np.linspace(20.0, 50.0, 40)
+    for rate in LOOP_RATES_HZ:
+        there = inverse.resampled(rate)
+        assert np.max(np.abs(there.response(BAND_HZ) * soft.response(BAND_HZ) - 1.0)) < 0.015
+        assert np.max(np.abs(there.response(above) * soft.response(above) - 1.0)) < 0.6
+
+
 def test_the_slopes_are_those_of_the_errors():
     shaping = Shaping(forward("second order at 45 Hz"), 100.0, 30.0)
     theta = np.array([1.0, 0.5, 2.0, 0.3, 0.2, 0.1])
