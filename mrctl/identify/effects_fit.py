@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,23 +56,34 @@ class Effects:
     def unpack(self, theta: Array) -> dict[str, Vector]:
         """Each effect's parameters in SI units, within their bounds whatever rounding did."""
         values: dict[str, Vector] = {}
-        at = 0
-        for effect in self.chosen:
-            part = theta[at : at + len(effect.parameters)]
-            values[effect.name] = tuple(
-                float(min(max(x * p.step_scale, p.low), p.high))
-                for x, p in zip(part, effect.parameters, strict=True)
-            )
-            at += len(effect.parameters)
+        if self.chosen:
+            scales, lowest, highest = self._scales
+            all_values = np.minimum(np.maximum(theta * scales, lowest), highest).tolist()
+            at = 0
+            for effect in self.chosen:
+                values[effect.name] = tuple(all_values[at : at + len(effect.parameters)])
+                at += len(effect.parameters)
         return values
 
     def settings(self, theta: Array) -> Settings:
         """What the simulation takes."""
         values = self.unpack(theta)
-        return {
-            stage: [(e, values[e.name]) for e in sorted(self.chosen, key=_rank) if e.stage is stage]
-            for stage in Stage
-        }
+        return {stage: [(e, values[e.name]) for e in own] for stage, own in self._by_stage.items()}
+
+    @cached_property
+    def _by_stage(self) -> dict[Stage, list[Effect]]:
+        ranked = sorted(self.chosen, key=_rank)
+        return {stage: [e for e in ranked if e.stage is stage] for stage in Stage}
+
+    @cached_property
+    def _scales(self) -> tuple[Array, Array, Array]:
+        """The step, lowest and highest value of each parameter, SI."""
+        known = [p for _, p in self.parameters]
+        return (
+            np.array([p.step_scale for p in known]),
+            np.array([p.low for p in known]),
+            np.array([p.high for p in known]),
+        )
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the scaled vector: the effects' own."""
