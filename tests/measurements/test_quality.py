@@ -108,6 +108,16 @@ def test_a_struck_cable_is_told_with_its_row():
     assert "force_N leaps by 4e+03 for a single sample, 2 times" in found.what
 
 
+def test_an_accelerometer_that_was_struck_is_told_and_a_derived_acceleration_is_not_asked():
+    _, v = motions()["dyno sine"]
+    run = run_of(v, 900.0 * np.tanh(v / 0.03) + noise(len(v), 5.0))
+    struck = np.gradient(v, run.dt_s) + noise(len(v), 0.3, seed=5)
+    struck[[300, 7000]] += 700.0
+    (found,) = check_spikes(replace(run, acceleration_m_s2=struck, derived=()))
+    assert "acceleration_m_s2 leaps by 700 for a single sample, 2 times" in found.what
+    assert not list(check_spikes(replace(run, acceleration_m_s2=struck, derived=("acceleration_m_s2",))))
+
+
 @pytest.mark.parametrize(("zero_a", "level"), [(0.0, "warning"), (-0.5, "error")])
 def test_noise_at_no_current_is_no_clamp_turned_round(zero_a, level):
     _, v = motions()["dyno sine"]

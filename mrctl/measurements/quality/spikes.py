@@ -19,14 +19,16 @@ FEWEST_ROWS = 20
 
 def check_spikes(run: Run) -> Iterator[Finding]:
     """Samples far from both their neighbours, which are alike, in force and the measured motion."""
-    for _, name, values in measured_channels(run):
+    mend = "look at the sensor's cable; cut the samples out, or the run"
+    channels = [(name, values, mend) for _, name, values in measured_channels(run)]
+    if "acceleration_m_s2" not in run.derived:
+        mend = "look at the sensor's cable; leave the column out, and it is made of the velocity"
+        channels.append(("acceleration_m_s2", run.acceleration_m_s2, mend))
+    for name, values, mend in channels:
         at, height = _spikes(values)
         if at.size:
             times = "once" if at.size == 1 else f"{at.size} times"
-            what = f"{name} leaps by {height:.3g} for a single sample, {times}"
-            yield warning(
-                run, int(at[0]), what, "look at the sensor's cable; cut the samples out, or the run"
-            )
+            yield warning(run, int(at[0]), f"{name} leaps by {height:.3g} for a single sample, {times}", mend)
 
 
 def _spikes(values: FloatArray) -> tuple[np.ndarray, float]:
