@@ -10,7 +10,7 @@ import numpy as np
 from mrctl.calibration import Calibration
 from mrctl.cli.apply import add_common_arguments, apply
 from mrctl.measurements import Run
-from mrctl.measurements.averaging import behind
+from mrctl.measurements.leaps import as_it_moved
 from mrctl.measurements.moving_means import smoothed
 from mrctl.measurements.refine import refined, refinement, straight
 from mrctl.measurements.run import FloatArray
@@ -42,7 +42,7 @@ class _Forces:
     """
 
     def __init__(self, calibration: Calibration, run: Run) -> None:
-        there, damper = behind(run), calibration.damper
+        there, damper = as_it_moved(run), calibration.damper
         self._factor = refinement(run.sample_rate_hz, damper.forward_filter.sample_rate_hz)
         self._window = run.averaged_s * run.sample_rate_hz * self._factor
         v, x, a = (

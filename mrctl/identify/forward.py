@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify.records import Record
-from mrctl.measurements.averaging import behind
+from mrctl.measurements.leaps import as_it_moved
 from mrctl.measurements.refine import refinement
 from mrctl.measurements.run import Run
 from mrctl.model.damper import Damper
@@ -22,7 +22,7 @@ def modelled(damper: Damper, run: Run) -> Array:
     there are reversals, and the filter cannot be carried down to its rate. Of the measured force only this is
     asked: where a run begins slowly, from where it came, as in a fit (Record.driven_m_s).
     """
-    there = behind(run)
+    there = as_it_moved(run)
     factor = refinement(run.sample_rate_hz, damper.forward_filter.sample_rate_hz)
     fine = Record(
         0,

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.measurements.averaging import behind
+from mrctl.measurements.leaps import as_it_moved
 from mrctl.measurements.moving_means import smoothed
 from mrctl.measurements.refine import refined, straight
 from mrctl.measurements.run import Run
@@ -170,7 +170,7 @@ def records_of(runs: Iterable[Run]) -> list[Record]:
             run.acceleration_m_s2,
             averaged_s=run.averaged_s,
         )
-        for number, run in enumerate(map(behind, runs))
+        for number, run in enumerate(map(as_it_moved, runs))
         if len(run) >= SHORTEST and run.has_force and run.has_current
     ]
 
