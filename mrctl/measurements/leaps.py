@@ -30,6 +30,12 @@ def leaps(values: FloatArray) -> tuple[np.ndarray, float]:
     return at + 1, float(height[at].max(initial=0.0))
 
 
+def has_witness(run: Run) -> bool:
+    """Whether the acceleration was measured, and the velocity was not made of it."""
+    derived = {*run.derived}
+    return "acceleration_m_s2" not in derived and not {"velocity_m_s", "displacement_m"} <= derived
+
+
 def as_it_moved(run: Run) -> Run:
     """The run with the motion that drives a model: behind a moving mean, by no accelerometer that leaps.
 
@@ -37,9 +43,6 @@ def as_it_moved(run: Run) -> Run:
     run's acceleration is the slope of its velocity.
     """
     there = behind(run)
-    derived = {*run.derived}
-    if "acceleration_m_s2" in derived or {"velocity_m_s", "displacement_m"} <= derived:
-        return there
-    if not leaps(run.acceleration_m_s2)[0].size:
+    if not has_witness(run) or not leaps(run.acceleration_m_s2)[0].size:
         return there
     return replace(there, acceleration_m_s2=differentiate(there.velocity_m_s, run.dt_s))

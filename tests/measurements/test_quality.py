@@ -115,6 +115,11 @@ def test_an_accelerometer_that_was_struck_is_told_and_a_derived_acceleration_is_
     struck[[300, 7000]] += 700.0
     (found,) = check_spikes(replace(run, acceleration_m_s2=struck, derived=()))
     assert "acceleration_m_s2 leaps by 700 for a single sample, 2 times" in found.what
+    assert "velocity's slope is taken" in found.mend
+    (found,) = check_spikes(
+        replace(run, acceleration_m_s2=struck, derived=("velocity_m_s", "displacement_m"))
+    )
+    assert "cut the samples out" in found.mend  # nothing else knows the motion
     assert not list(check_spikes(replace(run, acceleration_m_s2=struck, derived=("acceleration_m_s2",))))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mrctl.measurements.leaps import leaps
+from mrctl.measurements.leaps import has_witness, leaps
 from mrctl.measurements.quality.finding import Finding, warning
 from mrctl.measurements.quality.sensors import measured_channels
 from mrctl.measurements.run import Run
@@ -12,11 +12,11 @@ from mrctl.measurements.run import Run
 
 def check_spikes(run: Run) -> Iterator[Finding]:
     """Samples far from both their neighbours, which are alike, in force and the measured motion."""
-    mend = "look at the sensor's cable; cut the samples out, or the run"
-    channels = [(name, values, mend) for _, name, values in measured_channels(run)]
+    cut = "look at the sensor's cable; cut the samples out, or the run"
+    channels = [(name, values, cut) for _, name, values in measured_channels(run)]
     if "acceleration_m_s2" not in run.derived:
-        mend = "look at the sensor's cable; in this run the velocity's slope is taken in its place"
-        channels.append(("acceleration_m_s2", run.acceleration_m_s2, mend))
+        slope = "look at the sensor's cable; in this run the velocity's slope is taken in its place"
+        channels.append(("acceleration_m_s2", run.acceleration_m_s2, slope if has_witness(run) else cut))
     for name, values, mend in channels:
         at, height = leaps(values)
         if at.size:
