@@ -56,13 +56,12 @@ class Effects:
     def unpack(self, theta: Array) -> dict[str, Vector]:
         """Each effect's parameters in SI units, within their bounds whatever rounding did."""
         values: dict[str, Vector] = {}
-        if self.chosen:
-            scales, lowest, highest = self._scales
-            all_values = np.minimum(np.maximum(theta * scales, lowest), highest).tolist()
-            at = 0
-            for effect in self.chosen:
-                values[effect.name] = tuple(all_values[at : at + len(effect.parameters)])
-                at += len(effect.parameters)
+        scales, lowest, highest = self._scales
+        known = np.minimum(np.maximum(theta * scales, lowest), highest).tolist()
+        at = 0
+        for effect in self.chosen:
+            values[effect.name] = tuple(known[at : at + len(effect.parameters)])
+            at += len(effect.parameters)
         return values
 
     def settings(self, theta: Array) -> Settings:
@@ -87,11 +86,8 @@ class Effects:
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the scaled vector: the effects' own."""
-        known = [p for _, p in self.parameters]
-        return (
-            np.array([p.low / p.step_scale for p in known]),
-            np.array([p.high / p.step_scale for p in known]),
-        )
+        scales, lowest, highest = self._scales
+        return lowest / scales, highest / scales
 
     def free(self) -> NDArray[np.bool_]:
         """Which parameters a fit moves unless told otherwise."""
