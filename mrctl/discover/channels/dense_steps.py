@@ -22,9 +22,13 @@ Errors = Callable[[Sequence[Array]], list[Array]]  # of shares (steps) of each r
 STANDS_OUT = 3.0  # times the changes right beside it, for a change to be a step and not a slope
 MOST_AT_ONCE = 32  # steps within one answer: with more, their answers cannot be told apart
 TRIED = 0.25  # of an interval, to either side
-ROUNDS = 2
+ROUNDS = 3
 UNIFORM = 12.0  # one over the variance of a time that is uniform over one interval
 HALF = 0.5
+FEWEST_SHARED = 30  # steps of a run, to say what they have in common
+SHARED_ROUNDS = 20
+LEAST_APART = 0.02  # of an interval, that no clock does better than
+BLOCK = 64  # steps
 
 
 def dense_steps(jumps: Array, least_a: float) -> Ints:
@@ -47,12 +51,15 @@ def shares_of(places: Sequence[Ints], spans: Sequence[int], errors: Errors) -> l
     """
     shares = [np.zeros(at.size) for at in places]
     apart = max(at_once(at, span) for at, span in zip(places, spans, strict=True))
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         here = errors(shares)
         answers = _answers(shares, places, spans, apart, errors)
         for k, (at, error) in enumerate(zip(places, here, strict=True)):
             if at.size:
-                shares[k] = _solved(at, error, answers[k], shares[k], max(usual_n2(error), 1e-300))
+                noise = max(usual_n2(error), 1e-300)
+                # What they have in common is asked when their times are no longer what is left.
+                shared = number == ROUNDS - 1 and at.size >= FEWEST_SHARED
+                shares[k] = _solved(at, error, answers[k], shares[k], noise, SHARED_ROUNDS if shared else 1)
     return shares
 
 
@@ -79,8 +86,13 @@ def _answers(
     return found
 
 
-def _solved(at: Ints, error: Array, answers: Array, shares: Array, noise: float) -> Array:
-    """The shares (steps) at which the error (n) is least for what it costs them to be far from the middle."""
+def _solved(at: Ints, error: Array, answers: Array, shares: Array, noise: float, rounds: int) -> Array:
+    """The shares (steps) at which the error (n) is least for what it costs them to be unlike the others.
+
+    A controller whose clock goes with the logger's steps at the same share each time, another's anywhere:
+    how far apart they are, and about which, is told by all of them (empirical Bayes; MacKay, Neural Comput. 4
+    (1992)), and no further than evenly over the interval.
+    """
     span = answers.shape[1]
     width = at_once(at, span)
     bands, right = np.zeros((width, at.size)), np.zeros(at.size)
@@ -92,6 +104,29 @@ def _solved(at: Ints, error: Array, answers: Array, shares: Array, noise: float)
             if other < at.size and at[other] - at[n] < span:
                 later = at[other] - at[n]
                 bands[lower, n] = float(answers[n, later:] @ answers[other, : span - later])
-    bands[0] += UNIFORM * noise
-    right -= UNIFORM * noise * shares
-    return np.asarray(np.clip(shares + solveh_banded(bands, right, lower=True), -HALF, HALF))
+    middle, apart = 0.0, UNIFORM**-0.5
+    found = shares
+    for _ in range(rounds):
+        held = noise / apart**2
+        whole = bands.copy()
+        whole[0] += held
+        found = shares + solveh_banded(whole, right - held * (shares - middle), lower=True)
+        middle = float(np.clip(found.mean(), -HALF, HALF))
+        known = at.size - held * float(_inverse_diagonal(whole).sum())  # how many of them the data tell
+        spread = float(np.sum((found - middle) ** 2)) / max(known, 1.0)
+        apart = min(max(spread**0.5, LEAST_APART), UNIFORM**-0.5)
+    return np.asarray(np.clip(found, -HALF, HALF))
+
+
+def _inverse_diagonal(bands: Array) -> Array:
+    """The diagonal (n) of a banded symmetric matrix's inverse, lower bands given, by blocks of it."""
+    width, n = bands.shape
+    found = np.empty(n)
+    for first in range(0, n, BLOCK):
+        size = min(BLOCK, n - first)
+        block = np.zeros((size, size))
+        for lower in range(min(width, size)):
+            k = np.arange(size - lower)
+            block[k + lower, k] = block[k, k + lower] = bands[lower, first : first + size - lower]
+        found[first : first + size] = np.diag(np.linalg.inv(block))
+    return found

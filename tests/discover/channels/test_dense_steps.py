@@ -9,7 +9,7 @@ import pytest
 from discover.campaigns import earlier_than_middle, every
 from identify.virtual import Bench, random_damper
 
-from mrctl.discover.channels.dense_steps import at_once, dense_steps, shares_of
+from mrctl.discover.channels.dense_steps import FEWEST_SHARED, at_once, dense_steps, shares_of
 from mrctl.discover.evidence import Evidence
 from mrctl.measurements.run import Campaign
 
@@ -85,3 +85,36 @@ def test_answers_that_meet_are_told_apart_and_without_any_the_middle_stays():
 
     still = RNG.normal(size=100)
     assert np.abs(shares_of([at, none], [SPAN, SPAN], lambda _: [still, none])[0]).max() == 0.0
+
+
+def _noisy(true, at, noise, seed=5):
+    """Answers that no single step tells the time of."""
+    decay = np.exp(-np.arange(SPAN) / 6.0)
+    size = at[-1] + SPAN + 5
+    white = noise * np.random.default_rng(seed).normal(size=size)
+
+    def errors(shares):
+        out = white.copy()
+        for k, share, aim in zip(at, shares[0], true, strict=True):
+            out[k : k + SPAN] += (share - aim) * decay
+        return [out]
+
+    return errors
+
+
+def test_the_steps_of_a_clock_that_goes_with_the_loggers_have_one_time():
+    at = 2 + 40 * np.arange(80)
+    true = np.full(at.size, 0.25)
+    few = slice(FEWEST_SHARED - 1)
+    (alone,) = shares_of([at[few]], [SPAN], _noisy(true[few], at[few], 0.3))
+    (together,) = shares_of([at], [SPAN], _noisy(true, at, 0.3))
+    assert np.sqrt(np.mean((alone - 0.25) ** 2)) > 0.08
+    assert np.sqrt(np.mean((together - 0.25) ** 2)) < 0.05
+
+
+def test_the_steps_of_another_clock_keep_times_of_their_own():
+    at = 2 + 40 * np.arange(80)
+    true = np.random.default_rng(4).uniform(-0.5, 0.5, at.size)
+    (told,) = shares_of([at], [SPAN], _noisy(true, at, 0.1))
+    assert np.std(told - true) < 0.1
+    assert np.corrcoef(told, true)[0, 1] > 0.95
