@@ -20,7 +20,7 @@ LEVELS_A = np.array([0.0, 2.0, 0.5, 3.0, 1.0, 0.0, 1.5, 3.0])
 
 def rich(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> Campaign:
     """Sines of several frequencies and currents, and a road with steps of current, cold and warm."""
-    bench = _bench(effects, seed)
+    bench = bench_of(effects, seed)
     runs = [
         bench.sine(f"{hz:g}Hz_{i:g}A_{c:g}C", RATE_HZ, hz, amplitude, max(3, int(3 * hz)), i, c)
         for hz, amplitude in ((0.5, 0.03), (2.0, 0.02), (5.0, 0.01))
@@ -51,14 +51,14 @@ def among(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
 
 def one_frequency(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> Campaign:
     """One sine at three steady currents: stroke and acceleration cannot be told apart."""
-    bench = _bench(effects, seed)
+    bench = bench_of(effects, seed)
     runs = [bench.sine(f"{i:g}A", RATE_HZ, 2.0, 0.02, 10, i, 40.0) for i in (0.5, 1.5, 3.0)]
     return Campaign(Path("one"), tuple(runs), "0" * 64)
 
 
 def one_current(effects: dict[str, dict[str, float]] | None = None, seed: int = 2) -> Campaign:
     """Sines of several frequencies and strokes at one current: how anything changes with it is not seen."""
-    bench = _bench(effects, seed)
+    bench = bench_of(effects, seed)
     runs = [
         bench.sine(f"{hz:g}Hz", RATE_HZ, hz, amplitude, max(3, int(3 * hz)), 1.5, 40.0)
         for hz, amplitude in ((0.5, 0.03), (1.0, 0.01), (2.0, 0.02), (4.0, 0.004), (5.0, 0.01))
@@ -66,7 +66,8 @@ def one_current(effects: dict[str, dict[str, float]] | None = None, seed: int = 
     return Campaign(Path("one_current"), tuple(runs), "0" * 64)
 
 
-def _bench(effects: dict[str, dict[str, float]] | None, seed: int) -> Bench:
+def bench_of(effects: dict[str, dict[str, float]] | None, seed: int) -> Bench:
+    """The damper with a hidden effect, on a dyno."""
     damper = random_damper(seed)
     settings = tuple(EffectSetting(name, values) for name, values in (effects or {}).items())
     return Bench(replace(damper, effects=settings), np.random.default_rng(seed), NOISE_N)

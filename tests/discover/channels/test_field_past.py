@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from discover.campaigns import picked
-from hidden import NOISE_N, few, rich
+from hidden import NOISE_N, RATE_HZ, bench_of, few, rich
 
 from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.evidence import Evidence
@@ -36,6 +36,25 @@ def test_a_run_that_begins_after_a_larger_current_is_told_from_the_others():
     assert [r.before_a for r in after.records] == [r.before_a for r in after.full]
     assert better.mean_square < 1.2 * NOISE_N**2 < 0.5 * proof.mean_square
     assert better.fit.effect_values[effect.name][0] == pytest.approx(LOOP["half_width_a"], rel=0.05)
+
+
+def test_a_past_between_is_told_where_the_current_came_down_by_less_than_the_loop_is_wide():
+    campaign = few(rich({"magnetic_hysteresis": LOOP}))
+    run = campaign.runs[-1]
+    bench = bench_of({"magnetic_hysteresis": LOOP}, 2)
+    second = int(RATE_HZ)
+    current = np.where(np.arange(run.time_s.size) < second, 1.5 + 0.12, 1.5)
+    later = picked(
+        bench.run("after", run.time_s, run.velocity_m_s, current, 30.0), slice(second + second // 2, None)
+    )
+    evidence = Evidence.of(replace(campaign, runs=(*campaign.runs, later)))
+    effect = effects()["magnetic_hysteresis"]
+    proof = evidence.base([effect], {effect.name: tuple(LOOP.values())})
+    after, better = remembered(evidence, proof)
+    *others, last = (r.before_a for r in after.measured)
+    assert not any(others)
+    assert last == pytest.approx(1.62, abs=0.06)  # the loop's width may make up for some of it
+    assert better.mean_square < 1.2 * NOISE_N**2 < 0.9 * proof.mean_square
 
 
 def test_a_search_goes_on_from_runs_with_their_pasts():
