@@ -165,6 +165,7 @@ def _diagnosed(
     evidence, final, stands = retimed(evidence, final, stands)
     if final is not as_found:  # else the rounds have done so
         evidence, final = taken_anew.centred(*taken_anew.remembered(evidence, final))
+        evidence, final = taken_anew.begun_warm(evidence, final, base)
     evidence, final = taken_anew.rezeroed(evidence, final)
     if final.mean_square > base.mean_square:
         # Effects that do worse with their own clocks and zeros than none with its are neither.

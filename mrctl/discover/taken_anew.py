@@ -10,19 +10,26 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
+from mrctl.discover.channels.warm_starts import more_than_scales, warm_starts, warmed
 from mrctl.discover.evidence import WHOLE, Evidence
-from mrctl.discover.fits.proof import Proof, prove
+from mrctl.discover.fits.grow import settled, without_temperature
+from mrctl.discover.fits.proof import Proof, log_gain, prove
 from mrctl.discover.fits.refit import error_on
 from mrctl.discover.fits.screen import ranges_of
 from mrctl.discover.search.quiet import is_quiet
 from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.base import Effect, Stage
 
+Array = NDArray[np.float64]
+
+STILL_FALLS = 0.98  # of a model's mean square: less than that is not worth other times
 PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
+WARM_K = 1.0  # that no run's fluid is further from all others: it began as they did
 PLACINGS = 6  # as PASTS, of the strokes' zeros: a stop's place and theirs go together
 MEASURED = 0.03  # of a run's stroke, that a measured one's zero may be off; ...
 MOST_LEFT = 0.5  # ... if that leaves no more of a model's mean square than this, ...
@@ -41,14 +48,27 @@ def retimed(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
 
 
 def stepped(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
-    """The steps' times taken anew with a spring in series, which answers them late; the same if no better.
+    """The steps' times taken anew with what answers them late, or with memory; the same if no better.
 
-    A base without it put the spring's own time into the steps'.
+    A base without it put the spring's own time, or a coil's, into the steps'.
     """
-    if not any(e.stage is Stage.MOTION for e in proof.fit.model.effects.chosen):
+    if not any(e.stage in (Stage.CURRENT, Stage.MOTION) for e in proof.fit.model.effects.chosen):
         return evidence, proof
-    anew, there = retimed(evidence, proof)
-    return (anew, there) if there.mean_square < proof.mean_square else (evidence, proof)
+    best = min((evidence, proof), retimed(evidence, proof), key=_left)
+    # What has made up for wrong times gives way to better ones in turn.
+    while (anew := _timed_by(*best))[1].mean_square < STILL_FALLS * best[1].mean_square:
+        best = anew
+    return best
+
+
+def _timed_by(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
+    """The steps' times by a model as it stands, and that fitted to them."""
+    evidence = evidence.of_records(evidence.measured).timed(proof.fit)
+    return evidence, prove(fitted_to(evidence.records, proof.fit), evidence.folds)
+
+
+def _left(model: tuple[Evidence, Proof]) -> float:
+    return model[1].mean_square
 
 
 def rezeroed(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
@@ -74,6 +94,45 @@ def remembered(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
         evidence = evidence.each(past)
         proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
     return evidence, proof
+
+
+def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidence, Proof]:
+    """Each run's fluid as warm at its start as a model that heats it finds, and that fitted to them.
+
+    Runs that were made one after the other begin with what the last one left, which no file tells.
+    before: the model without the effects, which must do worse though each run had a scale of its own: else
+    any error of the runs would be a warmth.
+    """
+    if all(e.stage is not Stage.TEMPERATURE for e in proof.fit.model.effects.chosen):
+        return evidence, proof
+    begins = [proof.fit.theta, *_warmths(evidence, proof.fit)]
+    theta, by_k, _ = min((warm_starts(proof.fit, begin) for begin in begins), key=lambda one: one[2])
+    if float(np.max(np.abs(by_k))) < WARM_K:
+        return evidence, proof
+    anew = evidence.each(partial(warmed, by_k=by_k))
+    fit = replace(proof.fit, solution=replace(proof.fit.solution, theta=theta))
+    there = settled(prove(fitted_to(anew.records, fit), anew.folds), anew.folds)
+    earned = log_gain(proof, there) > len(anew.records) * np.log(there.independent)
+    sound = earned and there.predicts_better_than(proof) and _is_plausible(there.fit)
+    sound = sound and more_than_scales(before.fit, there.fit)
+    return (anew, there) if sound else (evidence, proof)
+
+
+def _is_plausible(fit: JointFit) -> bool:
+    """Whether each effect's parameters still describe it."""
+    reach, values = ranges_of(fit.model.records), fit.effect_values
+    return all(e.plausible is None or e.plausible(values[e.name], reach) for e in fit.model.effects.chosen)
+
+
+def _warmths(evidence: Evidence, fit: JointFit) -> list[Array]:
+    """The vector with h = 1 and each effect on the temperature where no small step of a base leads to."""
+    reach, found = ranges_of(evidence.records), []
+    for effect in fit.model.effects.chosen:
+        if effect.stage is Stage.TEMPERATURE and effect.far is not None:
+            for values in effect.far(reach):
+                own = fit.model.effects.pack({**fit.effect_values, effect.name: effect.within(values)})
+                found.append(np.concatenate([without_temperature(fit)[: fit.model.layout.size], own]))
+    return found
 
 
 def centred(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:

@@ -52,9 +52,10 @@ class Batch:
         )
 
     def placed(self, records: Sequence[Record]) -> Batch:
-        """The same, the strokes being those of other versions of all the fit's records."""
+        """The same, strokes and warmths being those of other versions of all the fit's records."""
         strokes = [_filled(records[k].displacement_m, self.factor) for k in self.records]
-        return replace(self, run=replace(self.run, displacement_m=np.concatenate(strokes)))
+        warmer_k = np.array([records[k].warmer_k for k in self.records])
+        return replace(self, run=replace(self.run, displacement_m=np.concatenate(strokes), warmer_k=warmer_k))
 
     @property
     def block_starts(self) -> Ints:
@@ -108,6 +109,7 @@ def _run(record: Record, factor: int) -> Run:
         _filled(record.displacement_m, factor),
         _filled(record.acceleration_m_s2, factor),
         record.before_a,
+        record.warmer_k,
     )
 
 

@@ -101,7 +101,7 @@ class JointModel:
         return JointModel(self.layout, records, self.effects, self.minimum_phase, self.slowest_pole)
 
     def placed(self, records: Sequence[Record]) -> JointModel:
-        """The same model on its records with other strokes: all else of them is taken over, weights too."""
+        """The same model on its records with other strokes or warmths: all else is taken over."""
         model = copy(self)
         model.records = records
         model.batches = [batch.placed(records) for batch in self.batches]

@@ -53,6 +53,7 @@ class Record:
     averaged_s: float = 0.0  # the force is a moving mean over it
     passed: tuple[Array, Array] | None = None  # frequencies in Hz, and what was left of the motion there
     before_a: float = 0.0  # the current from which its first one was reached
+    warmer_k: float = 0.0  # than other runs, the fluid is against the case as it begins
 
     def __len__(self) -> int:
         return self.force_n.size

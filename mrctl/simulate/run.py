@@ -17,7 +17,8 @@ class Run:
     """A run at a fixed step: motion, commanded current and case temperature; each (n), contiguous.
 
     Or several stretches end to end, each with a start of its own: `starts` (stretches + 1) says where each
-    begins and where the last one ends, `before_a` (stretches) from which current the first one was reached.
+    begins and where the last one ends, `before_a` (stretches) from which current the first one was reached,
+    `warmer_k` (stretches) how much warmer the fluid then was than an effect says.
     """
 
     dt_s: float
@@ -29,6 +30,7 @@ class Run:
     has_displacement: bool
     starts: Ints
     before_a: Array
+    warmer_k: Array
 
     @classmethod
     def joined(cls, runs: Sequence[Run]) -> Run:
@@ -49,6 +51,7 @@ class Run:
             all(run.has_displacement for run in runs),
             np.concatenate([*starts, ends[-1:]]),
             np.concatenate([run.before_a for run in runs]),
+            np.concatenate([run.warmer_k for run in runs]),
         )
 
     @classmethod
@@ -61,6 +64,7 @@ class Run:
         displacement_m: ArrayLike | None = None,
         acceleration_m_s2: ArrayLike | None = None,
         before_a: float = 0.0,
+        warmer_k: float = 0.0,
     ) -> Run:
         """A run from its signals, each (n); current and temperature may be single numbers.
 
@@ -83,6 +87,7 @@ class Run:
             displacement_m is not None,
             whole(n),
             np.array([before_a]),
+            np.array([warmer_k]),
         )
 
     @property

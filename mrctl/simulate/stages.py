@@ -66,11 +66,16 @@ def fluid_temperature(
     tables: StaticTables,
     dt_s: float,
     starts: Ints | None = None,
+    warmer_k: Array | None = None,
 ) -> Array:
-    """The fluid's temperature in degC."""
+    """The fluid's temperature in degC; warmer_k (stretches): than the effect says, it is at the start."""
+    begins = whole(temperature_c.size) if starts is None else starts
     for effect, p in chosen:
         inputs = temperature_c, velocity_m_s, current_a
-        temperature_c = _through(effect, p, starts, inputs, (tables, dt_s))
+        states = _begun(effect, p, begins, inputs, (tables, dt_s))
+        if warmer_k is not None and states.shape[1]:
+            states[:, 0] += warmer_k
+        (temperature_c,) = _run(effect, p, begins, inputs, (tables, dt_s), 1, states)
     return temperature_c
 
 

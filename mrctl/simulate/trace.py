@@ -101,7 +101,9 @@ def trace(
         warm = make(
             Stage.TEMPERATURE,
             (te, i, t),
-            lambda: stages.fluid_temperature(te, run.temperature_c, run.velocity_m_s, i, t, dt, starts),
+            lambda: stages.fluid_temperature(
+                te, run.temperature_c, run.velocity_m_s, i, t, dt, starts, run.warmer_k
+            ),
         )
     v, x = run.velocity_m_s, run.displacement_m
     if me:

@@ -19,6 +19,7 @@ def channel_figures(d: Diagnosis) -> dict[str, Any]:
     return {
         "zeros_n": _by_run(d, d.evidence.cell.zeros_n.tolist()),
         "gains": _by_run(d, d.evidence.cell.gains.tolist()),
+        "warmer_at_start_k": _by_run(d, [r.warmer_k for r in d.evidence.measured]),
         "strokes_moved_m": _by_run(d, d.evidence.centres_m),
         "rests_s": _by_run(d, d.evidence.rests_s),
         "current_late_s": d.evidence.current_late_s,
@@ -39,6 +40,11 @@ def channel_words(d: Diagnosis) -> str:
     if pasts:
         words += (
             f" The field remembers a larger current from before {len(pasts)} of the runs ({pasts[0]} first)."
+        )
+    warm = [abs(r.warmer_k) for r in d.evidence.measured if r.warmer_k]
+    if warm:
+        words += (
+            f" The fluid begins its runs up to {max(warm):.2g} K warmer or colder than in the mean: taken so."
         )
     far = [abs(x) for x in d.evidence.centres_m if x]
     if far:

@@ -162,7 +162,7 @@ def _known(before: Proof, proof: Proof, seen: Sequence[Look]) -> list[Trial]:
     """The trial that a proven model is, its look among those seen."""
     names = {e.name for e in proof.fit.model.effects.chosen}
     names -= {e.name for e in before.fit.model.effects.chosen}
-    return [_trial(before, one, proof) for one in seen if one.effect.name in names and one.free.any()]
+    return [trial_of(before, one, proof) for one in seen if one.effect.name in names and one.free.any()]
 
 
 def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, list[Trial]]:
@@ -212,9 +212,10 @@ def _all_tried(before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Loo
 
 def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:
     """The joint fit of a model with one more effect, begun at a look."""
-    return _trial(before, look, prove(grown(tangent, look, MORE_HEATS), folds))
+    return trial_of(before, look, prove(grown(tangent, look, MORE_HEATS), folds))
 
 
-def _trial(before: Proof, look: Look, proof: Proof) -> Trial:
+def trial_of(before: Proof, look: Look, proof: Proof) -> Trial:
+    """The trial that a proven model with one more effect is, beside the model without it."""
     gain = log_gain(before, proof)
     return Trial(look.effect, look, proof, gain, chance(gain, int(np.count_nonzero(look.free))))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 from itertools import count
 
@@ -10,6 +11,7 @@ from mrctl.discover import taken_anew
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import settled
 from mrctl.discover.fits.proof import Proof
+from mrctl.discover.search.begun_warm import begun_warm
 from mrctl.discover.search.exchange import exchanged
 from mrctl.discover.search.levels import Level, Trial, further, search_level, unsearched
 from mrctl.discover.search.quiet import is_quiet
@@ -47,10 +49,10 @@ def rounds_of(
     for number in count():
         rest = [c for c in candidates if c.name not in {e.name for e in here.fit.model.effects.chosen}]
         level, good = _round(evidence, here, rest, quiet)
-        levels.append(level)
         report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
         here = level.before
-        best = _best(evidence, level, good)
+        there, level, best = _chosen(evidence, level, good, rest if number < most and not quiet(here) else [])
+        levels.append(level)
         if best is None or number == most:
             break
         even, clean = rezeroed(evidence, here) if found else (evidence, here)
@@ -62,7 +64,7 @@ def rounds_of(
             if not found:
                 levels.clear()  # the base is another
             continue
-        if found and not matters(evidence, base, here, best):
+        if found and not matters(there, base, here, best):
             instead = None if best.effect.name in gone else exchanged(here, best, found, evidence.folds)
             if instead is None:
                 break
@@ -70,9 +72,10 @@ def rounds_of(
             gone.add(needless.effect.name)
             found, last = [*(t for t in found if t is not needless), best], None
             continue
-        here, last = settled(best.proof, evidence.folds), level
+        evidence, here, last = there, settled(best.proof, there.folds), level
         # Or what comes next makes up for it.
         evidence, here = taken_anew.centred(*taken_anew.stepped(*taken_anew.remembered(evidence, here)))
+        evidence, here = taken_anew.begun_warm(evidence, here, level.before)
         found.append(best)
         if len(found) > 1 and evidence.budget(here.fit).excess > 0.0:
             here = renewed(here, [t.effect for t in found], evidence.folds)
@@ -101,6 +104,20 @@ def _round(
         level = further(level, rest, evidence.folds)
         good = _accepted(level, len(rest))
     return level, good
+
+
+def _chosen(
+    evidence: Evidence, level: Level, good: Sequence[Trial], rest: Sequence[Effect]
+) -> tuple[Evidence, Level, Trial | None]:
+    """The effect to add, if any, and the runs and the round that it was found in.
+
+    Where none is good, a warmth that the runs begin with is asked; rest: the candidates for that.
+    """
+    best = _best(evidence, level, good)
+    warm = begun_warm(evidence, level, rest) if best is None else None
+    if warm is None:
+        return evidence, level, best
+    return warm[0], replace(level, trials=[warm[1], *level.trials]), warm[1]
 
 
 def _accepted(level: Level, candidates: int) -> list[Trial]:
