@@ -182,12 +182,12 @@ def settled(proof: Proof, folds: Folds) -> Proof:
 
     Tables are as smooth as the noise demands: those smoothed for the error of a model without the effect
     leave an error of their own. What that model took up of an effect, this one may not. And where its filter
-    went to make up for the effect, no small step may lead back from: so two plain lags are tried too, and for
-    a fluid that warms up, other warmths.
+    went to make up for the effect, no small step may lead back from: so two plain lags are tried too, for a
+    fluid that warms up other warmths, and what else an effect knows beside what it was fitted to.
     """
     fit = proof.fit
     model, free = fit.model, fit.moving
-    starts = [with_lag_of_two(model, fit.theta), *warmer(fit)]
+    starts = [with_lag_of_two(model, fit.theta), *warmer(fit), *_beside(fit)]
     fits = in_processes(partial(_quick, model, penalties=fit.penalties, free=free), starts, [model])
     least = min(fits, key=lambda one: one.total)
     moved = least.total < fit.total - WORTH_MOVING
@@ -201,6 +201,17 @@ def settled(proof: Proof, folds: Folds) -> Proof:
         fit = _quick(model, fit.theta, [p.reweighed(fit.theta, spread) for p in fit.penalties], free)
     wider = _freed(fit, free, fit.theta)
     return prove(wider, folds) if quiet or moved or wider is not fit else proof
+
+
+def _beside(fit: JointFit) -> list[Array]:
+    """The vector with each effect where no small step of it leads, as the effect itself knows."""
+    effects, size, found = fit.model.effects, fit.model.layout.size, []
+    reach = ranges_of(fit.model.records)
+    for effect in effects.chosen:
+        for values in effect.beside(fit.effect_values[effect.name], reach) if effect.beside else []:
+            own = effects.pack({**fit.effect_values, effect.name: effect.within(values)})
+            found.append(np.concatenate([fit.theta[:size], own]))
+    return found
 
 
 def _freed(fit: JointFit, free: NDArray[np.bool_], theta: Array) -> JointFit:

@@ -267,6 +267,8 @@ class Effect:
     # Points that no small step of a base leads to, though the fit with both is better there. A warmth's are
     # tried from a straight h, where a base has bent its own.
     far: Callable[[Ranges], Sequence[Vector]] | None = None
+    # Points beside a fitted one, at which it may fit better and to which no small step of it leads.
+    beside: Callable[[Vector, Ranges], Sequence[Vector]] | None = None
     held: Step | None = None  # of a current effect: the step with its input held from sample to sample
     derived: Callable[[Vector], Mapping[str, tuple[float, str]]] | None = None  # name: (value, unit)
     # Whether fitted parameters still describe this effect, and not another that it can imitate.

@@ -20,6 +20,7 @@ from mrctl.model.lag import lagged
 
 UNIT_M = 1e-3  # the stop's force is stated at this depth
 OUTER_SHARE = 0.35  # of the largest displacement seen; a derived displacement may be off its middle
+OTHER_STOPS = (0.95, 0.85, 0.7)  # of the largest displacement, where the other stop may be
 CONTACT_M = 2e-4  # depth over which the stop's damping comes in, so that the force has no step
 
 
@@ -77,6 +78,19 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     return both + one
 
 
+def _beside(p: Vector, ranges: Ranges) -> list[Vector]:
+    """Where only one stop is ever reached, the same one with the other within the stroke."""
+    reach = ranges.displacement_m
+    outer, inner = p[4] + p[0], p[4] - p[0]
+    if (outer > reach) == (inner < -reach):
+        return []
+    found: list[Vector] = []
+    for share in OTHER_STOPS:
+        ends = (share * reach, inner) if outer > reach else (outer, -share * reach)
+        found.append((0.5 * (ends[0] - ends[1]), *p[1:4], 0.5 * (ends[0] + ends[1]), *p[5:]))
+    return found
+
+
 def _plausible(p: Vector, ranges: Ranges) -> bool:
     """A stop stands in the outer half of the stroke; what pushes from the middle on is a spring."""
     return p[0] - abs(p[4]) > OUTER_SHARE * ranges.displacement_m
@@ -113,5 +127,6 @@ EFFECT = Effect(
     inverse_note="Its force at the measured displacement is taken off the wish.",
     needs=frozenset({"displacement"}),
     guesses=_guesses,
+    beside=_beside,
     plausible=_plausible,
 )
