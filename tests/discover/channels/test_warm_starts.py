@@ -10,7 +10,8 @@ import pytest
 from discover.campaigns import picked
 from identify.virtual import Bench, random_damper
 
-from mrctl.discover.channels.warm_starts import more_than_scales
+from mrctl.discover.base_fit import fitted_to
+from mrctl.discover.channels.warm_starts import more_than_scales, warm_starts, warmed
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import grown_by, settled
 from mrctl.discover.fits.proof import prove
@@ -21,9 +22,9 @@ from mrctl.model.damper import EffectSetting
 from mrctl.model.effects.registry import effects
 from mrctl.simulate import Run, stages, trace
 
-RATE_HZ, SECONDS, NOISE_N = 200.0, 8.0, 5.0
-HEAT = {"heating_k_j": 1.5e-2, "cooling_time_s": 40.0, "resistance_ohm": 2.0, "rise_at_start_k": 0.0}
-BEFORE_S = (0, 12, 4, 20, 8, 0, 15, 2, 30, 6, 0, 10)  # s, for which the same went on before each run
+RATE_HZ, SECONDS, NOISE_N = 200.0, 5.0, 5.0
+HEAT = {"heating_k_j": 3e-2, "cooling_time_s": 20.0, "resistance_ohm": 2.0, "rise_at_start_k": 0.0}
+BEFORE_S = (0, 6, 2, 10, 4, 0, 8, 1, 15, 3, 0, 5)  # s, for which the same went on before each run
 
 
 def _campaign(before_s=BEFORE_S, heating_k_j=HEAT["heating_k_j"]):
@@ -56,7 +57,7 @@ def test_a_search_names_a_warmth_and_how_warm_each_run_began():
     after, _, found, _, final = rounds_of(evidence, evidence.base(), known, lambda *_: None)
     assert [t.effect.name for t in found] == ["self_heating"]
     assert final.mean_square < 1.2 * NOISE_N**2
-    assert final.fit.effect_values["self_heating"][1] == pytest.approx(HEAT["cooling_time_s"], rel=0.25)
+    assert final.fit.effect_values["self_heating"][1] == pytest.approx(HEAT["cooling_time_s"], rel=0.5)
     told = np.array([r.warmer_k for r in after.measured])
     assert [r.warmer_k for r in after.records] == [r.warmer_k for r in after.full] == told.tolist()
     # What the runs at one current and one temperature have in common, tables make up for.
@@ -75,9 +76,12 @@ def test_scales_of_the_runs_are_no_warmth():
     scales = 1.0 + 0.15 * np.random.default_rng(1).uniform(-1.0, 1.0, len(BEFORE_S))
     runs = [replace(r, force_n=r.force_n * s) for r, s in zip(campaign.runs, scales, strict=True)]
     evidence = Evidence.of(replace(campaign, runs=tuple(runs)))
-    base, proof = _heated(evidence)
-    assert begun_warm(evidence, proof, base) == (evidence, proof)
-    assert not more_than_scales(base.fit, proof.fit)
+    base = evidence.base()
+    warm = fitted_to(evidence.records, grown_by(base.fit, effects()["self_heating"]))
+    _, by_k, _ = warm_starts(warm, warm.theta)
+    assert np.abs(by_k).max() > 5.0  # which would serve
+    records = warmed(evidence.records, by_k)
+    assert not more_than_scales(base.fit, fitted_to(records, warm))
 
 
 def test_without_warmth_in_the_model_nothing_is_asked():
@@ -96,5 +100,5 @@ def test_a_fluid_that_begins_warmer_is_so_and_cools_to_where_it_would_have_been(
         for k in (None, np.array([8.0]))
     )
     assert warmer[0] - as_it_is[0] == pytest.approx(8.0)
-    assert warmer[400] - as_it_is[400] == pytest.approx(8.0 * np.exp(-1.0), rel=1e-3)
+    assert warmer[200] - as_it_is[200] == pytest.approx(8.0 * np.exp(-1.0), rel=1e-3)
     assert warmer[-1] == pytest.approx(as_it_is[-1], abs=0.02)
