@@ -9,8 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover import taken_anew
+from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import grown_by
+from mrctl.discover.fits.proof import prove
 from mrctl.discover.fits.refit import Split, error_on, fitted, one_more, scatters, split, thinned
 from mrctl.discover.fits.unseen import Unseen
 from mrctl.discover.verdict.worth import is_nothing
@@ -18,7 +21,7 @@ from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint_fit import JointFit
 from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
-from mrctl.model.effects.base import Effect, Vector
+from mrctl.model.effects.base import Effect, Stage, Vector
 
 Array = NDArray[np.float64]
 Report = Callable[[float, str], None]
@@ -87,7 +90,10 @@ def extend(
     known, added, removed = (measured.sized(some) for some in (known, added, removed))
     were = (*known, *removed)
     others = {name: measured.sized(own) for name, own in (instead or {}).items()}
-    records = thinned((evidence or _ready(measured, (*were, *added), given)).full)
+    if evidence is None:
+        evidence, found = _ready(measured, (*were, *added), given)
+        begin = found if begin is None else begin
+    records = thinned(evidence.full)
     parts = split(campaign, thinned(measured.full), records)
     begins = {e.name: given.get(e.name, e.typical) for e in were}
     report(0.0, ", ".join(_names(were)) or "base model")
@@ -227,11 +233,23 @@ def _names(chosen: Sequence[Effect]) -> tuple[str, ...]:
     return tuple(e.name for e in chosen)
 
 
-def _ready(evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Vector]) -> Evidence:
-    """The campaign without the noise of its motion, its steps timed, as a model with all effects sees it."""
+def _ready(
+    evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Vector]
+) -> tuple[Evidence, JointFit | None]:
+    """The campaign as a model with all effects sees it, and that model where it had to tell the runs' pasts.
+
+    Without the noise of its motion, its steps timed, and its runs begun from the currents and the warmths
+    that such a model finds.
+    """
     base = evidence.base()
     fit = base.fit
     for effect in chosen:
         fit = grown_by(fit, effect, values.get(effect.name))
     evidence = evidence.steadied(fit).zeroed(fit).synchronised(fit)
-    return evidence.timed(evidence.stepless(fit))
+    evidence = evidence.timed(evidence.stepless(fit))
+    if all(e.stage not in (Stage.CURRENT, Stage.TEMPERATURE) for e in chosen):
+        return evidence, None
+    model = prove(fitted_to(evidence.records, fit), evidence.folds)
+    evidence, model = taken_anew.remembered(evidence, model)
+    evidence, model = taken_anew.begun_warm(evidence, model, base)
+    return evidence, model.fit

@@ -52,9 +52,12 @@ def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record]
     """Every fourth run whose conditions others cover; where there is none, the last quarter of every run.
 
     records: as they were measured, of which the held-out ones are. ready: the same for the fit, without what
-    is known to be the motion's noise or the sampling of a step.
+    is known to be the motion's noise or the sampling of a step. What came before a run no model foretells: it
+    is taken as the run itself tells it there, held out or not.
     """
     ready = records if ready is None else ready
+    both = zip(records, ready, strict=True)
+    records = [replace(r, before_a=told.before_a, warmer_k=told.warmer_k) for r, told in both]
     chosen: list[int] = []
     spare = [n for n, r in enumerate(records) if covered(r, [o for m, o in enumerate(records) if m != n])]
     for n in spare[1 :: max(1, len(spare) * HELD_OUT_SHARE // max(len(records), 1))]:

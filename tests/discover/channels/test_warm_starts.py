@@ -13,6 +13,7 @@ from identify.virtual import Bench, random_damper
 from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.channels.warm_starts import more_than_scales, warm_starts, warmed
 from mrctl.discover.evidence import Evidence
+from mrctl.discover.extend import extend
 from mrctl.discover.fits.grow import grown_by, settled
 from mrctl.discover.fits.proof import prove
 from mrctl.discover.search.rounds import rounds_of
@@ -63,6 +64,14 @@ def test_a_search_names_a_warmth_and_how_warm_each_run_began():
     # What the runs at one current and one temperature have in common, tables make up for.
     differences = (x.reshape(3, 4) - x.reshape(3, 4).mean(axis=0) for x in (told, rises))
     assert np.corrcoef(*(x.ravel() for x in differences))[0, 1] > 0.99
+
+
+def test_such_runs_are_made_a_calibration_of_and_foretold():
+    """Each held-out one from where its own course says that it began, and the effect is what it was."""
+    campaign, _ = _campaign()
+    extension = extend(campaign, (), [effects()["self_heating"]])
+    assert extension.rmse_after_n < 1.2 * NOISE_N < 0.5 * extension.rmse_before_n
+    assert extension.fit.effect_values["self_heating"][0] == pytest.approx(HEAT["heating_k_j"], rel=0.5)
 
 
 def test_runs_that_begin_alike_are_left_as_they_are():
