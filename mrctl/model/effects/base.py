@@ -24,7 +24,9 @@ keyword arguments, no strings, no exceptions, nothing that divides by zero insid
 With all parameters neutral it must hand its input on exactly.
 
 `start(p, ..., dt_s)` takes what the step takes but the state, at the first sample, and returns the
-state in which that sample has lasted for ever. It runs in Python only and may use anything.
+state in which that sample has lasted for ever. It runs in Python only and may use anything. A temperature
+effect's first state, if it has any, is how much warmer than its case the fluid is, in K: runs that follow
+on others begin with more of it.
 
 A current effect's `step` may take the command to run straight between samples, as measurements show it.
 On the vehicle a driver holds it: `held` is then the step with it, in which `undo` reaches what it says.
