@@ -101,9 +101,10 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
 
     Runs that were made one after the other begin with what the last one left, which no file tells.
     before: the model without the effects, which must do worse though each run had a scale of its own: else
-    any error of the runs would be a warmth.
+    any error of the runs would be a warmth. The same where nothing is left that they could take.
     """
-    if all(e.stage is not Stage.TEMPERATURE for e in proof.fit.model.effects.chosen):
+    heated = any(e.stage is Stage.TEMPERATURE for e in proof.fit.model.effects.chosen)
+    if not heated or is_quiet(proof):
         return evidence, proof
     begins = [proof.fit.theta, *_warmths(evidence, proof.fit)]
     theta, by_k, _ = min((warm_starts(proof.fit, begin) for begin in begins), key=lambda one: one[2])

@@ -102,7 +102,8 @@ def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(
     assert capsys.readouterr().err.startswith("error: --remove: gas_spring is to be added as well")
 
 
-def test_discover_goes_the_whole_way(campaign, tmp_path, capsys):
+def test_discover_goes_the_whole_way(campaign, tmp_path, capsys, monkeypatch):
+    among(monkeypatch, "gas_spring", "fluid_inertia", "viscous_damping", "mount_compliance", "force_offset")
     calibration, page = tmp_path / "found.yaml", tmp_path / "found.html"
     found = _json(capsys, "discover", campaign, "-o", calibration, "--report", page)
     assert [step["effects"] for step in found["history"]] == [[], ["gas_spring"]]
