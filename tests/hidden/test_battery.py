@@ -14,9 +14,9 @@ import follow
 import generate
 import score
 
-# Chosen before any of them was diagnosed: of two effects the damper of the fewest samples, and one of none.
+# Chosen before any of them was diagnosed: of an effect the damper of the fewest samples, and one of none.
 SEED = 11
-CASES = [("A", 3), ("A", 62), ("B", 0)]
+CASES = [("A", 3), ("B", 0)]
 
 
 @pytest.mark.slow

@@ -10,12 +10,12 @@ import pytest
 from discover.campaigns import picked
 from identify.virtual import Bench, random_damper
 
+from mrctl.discover import taken_anew
 from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.channels.warm_starts import more_than_scales, warm_starts, warmed
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.extend import extend
-from mrctl.discover.fits.grow import grown_by, settled
-from mrctl.discover.fits.proof import prove
+from mrctl.discover.fits.grow import grown_by
 from mrctl.discover.search.rounds import rounds_of
 from mrctl.discover.taken_anew import begun_warm
 from mrctl.measurements.run import Campaign
@@ -44,11 +44,6 @@ def _campaign(before_s=BEFORE_S, heating_k_j=HEAT["heating_k_j"]):
     return Campaign(Path("warm"), tuple(runs), "0" * 64), np.array(rises)
 
 
-def _heated(evidence):
-    base = evidence.base()
-    return base, settled(prove(grown_by(base.fit, effects()["self_heating"]), evidence.folds), evidence.folds)
-
-
 def test_a_search_names_a_warmth_and_how_warm_each_run_began():
     """Of which a fit that begins them alike finds next to nothing."""
     campaign, rises = _campaign()
@@ -74,12 +69,6 @@ def test_such_runs_are_made_a_calibration_of_and_foretold():
     assert extension.fit.effect_values["self_heating"][0] == pytest.approx(HEAT["heating_k_j"], rel=0.5)
 
 
-def test_runs_that_begin_alike_are_left_as_they_are():
-    evidence = Evidence.of(_campaign([0.0] * len(BEFORE_S))[0])
-    base, proof = _heated(evidence)
-    assert begun_warm(evidence, proof, base) == (evidence, proof)
-
-
 def test_scales_of_the_runs_are_no_warmth():
     campaign, _ = _campaign([0.0] * len(BEFORE_S), heating_k_j=0.0)
     scales = 1.0 + 0.15 * np.random.default_rng(1).uniform(-1.0, 1.0, len(BEFORE_S))
@@ -93,10 +82,15 @@ def test_scales_of_the_runs_are_no_warmth():
     assert not more_than_scales(base.fit, fitted_to(records, warm))
 
 
-def test_without_warmth_in_the_model_nothing_is_asked():
+def test_without_warmth_in_the_model_or_anything_left_nothing_is_asked(monkeypatch):
     evidence = Evidence.of(_campaign()[0])
     base = evidence.base()
     assert begun_warm(evidence, base, base) == (evidence, base)
+    heat = effects()["self_heating"]
+    warm = evidence.base([heat], {heat.name: heat.typical})
+    monkeypatch.setattr(taken_anew, "is_quiet", lambda _: True)
+    monkeypatch.setattr(taken_anew, "warm_starts", lambda *_: pytest.fail("asked"))
+    assert begun_warm(evidence, warm, base) == (evidence, warm)
 
 
 def test_a_fluid_that_begins_warmer_is_so_and_cools_to_where_it_would_have_been():
