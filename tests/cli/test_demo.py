@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from discover.hidden import among
 
 from mrctl.config import load_config
 from mrctl.demo import hidden, scenario
@@ -23,7 +24,8 @@ def test_four_dampers_on_a_bus_run_and_come_to_rest():
 
 
 @pytest.mark.slow
-def test_a_hidden_effect_is_found_from_csv_and_commanded(tmp_path):
+def test_a_hidden_effect_is_found_from_csv_and_commanded(tmp_path, monkeypatch):
+    among(monkeypatch, hidden.HIDDEN, "coulomb_friction", "fluid_inertia", "stroke_dependent_damping")
     shares = []
     story = hidden.tell(CONFIG, tmp_path, lambda share, _what: shares.append(share))
     assert story.found == (hidden.HIDDEN,)
