@@ -122,17 +122,16 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
 def _is_plausible(fit: JointFit) -> bool:
     """Whether each effect's parameters still describe it."""
     reach, values = ranges_of(fit.model.records), fit.effect_values
-    return all(e.plausible is None or e.plausible(values[e.name], reach) for e in fit.model.effects.chosen)
+    return all(e.describes(values[e.name], reach) for e in fit.model.effects.chosen)
 
 
 def _warmths(evidence: Evidence, fit: JointFit) -> list[Array]:
     """The vector with h = 1 and each effect on the temperature where no small step of a base leads to."""
     reach, found = ranges_of(evidence.records), []
+    cold = without_temperature(fit)
     for effect in fit.model.effects.chosen:
         if effect.stage is Stage.TEMPERATURE and effect.far is not None:
-            for values in effect.far(reach):
-                own = fit.model.effects.pack({**fit.effect_values, effect.name: effect.within(values)})
-                found.append(np.concatenate([without_temperature(fit)[: fit.model.layout.size], own]))
+            found += [fit.model.with_effect_at(cold, effect, values) for values in effect.far(reach)]
     return found
 
 

@@ -28,7 +28,7 @@ from mrctl.identify.parallel import in_parallel
 from mrctl.identify.penalties import Penalty, base_penalties
 from mrctl.identify.records import Record
 from mrctl.identify.solver import Normal, covariance, solve
-from mrctl.model.effects.base import Vector
+from mrctl.model.effects.base import Effect, Vector
 
 Array = NDArray[np.float64]
 
@@ -136,6 +136,11 @@ class JointModel:
     def effect_values(self, theta: Array) -> dict[str, Vector]:
         """Each effect's parameters in SI units."""
         return self.effects.unpack(theta[self.layout.size :])
+
+    def with_effect_at(self, theta: Array, effect: Effect, values: Vector) -> Array:
+        """The vector with one of its effects at other values (SI), as far as its bounds allow."""
+        own = self.effects.pack({**self.effect_values(theta), effect.name: effect.within(values)})
+        return np.concatenate([theta[: self.layout.size], own])
 
     def neutral(self) -> Array:
         """What all parameters are taken to be where nothing is measured."""

@@ -105,16 +105,17 @@ def _solved(at: Ints, error: Array, answers: Array, shares: Array, noise: float,
                 later = at[other] - at[n]
                 bands[lower, n] = float(answers[n, later:] @ answers[other, : span - later])
     middle, apart = 0.0, UNIFORM**-0.5
-    found = shares
-    for _ in range(rounds):
+    found, held, whole = shares, 0.0, bands
+    for number in range(rounds):
+        if number:
+            middle = float(np.clip(found.mean(), -HALF, HALF))
+            known = at.size - held * float(_inverse_diagonal(whole).sum())  # how many of them the data tell
+            spread = float(np.sum((found - middle) ** 2)) / max(known, 1.0)
+            apart = min(max(spread**0.5, LEAST_APART), UNIFORM**-0.5)
         held = noise / apart**2
         whole = bands.copy()
         whole[0] += held
         found = shares + solveh_banded(whole, right - held * (shares - middle), lower=True)
-        middle = float(np.clip(found.mean(), -HALF, HALF))
-        known = at.size - held * float(_inverse_diagonal(whole).sum())  # how many of them the data tell
-        spread = float(np.sum((found - middle) ** 2)) / max(known, 1.0)
-        apart = min(max(spread**0.5, LEAST_APART), UNIFORM**-0.5)
     return np.asarray(np.clip(found, -HALF, HALF))
 
 

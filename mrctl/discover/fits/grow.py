@@ -205,12 +205,11 @@ def settled(proof: Proof, folds: Folds) -> Proof:
 
 def _beside(fit: JointFit) -> list[Array]:
     """The vector with each effect where no small step of it leads, as the effect itself knows."""
-    effects, size, found = fit.model.effects, fit.model.layout.size, []
-    reach = ranges_of(fit.model.records)
-    for effect in effects.chosen:
-        for values in effect.beside(fit.effect_values[effect.name], reach) if effect.beside else []:
-            own = effects.pack({**fit.effect_values, effect.name: effect.within(values)})
-            found.append(np.concatenate([fit.theta[:size], own]))
+    model, found = fit.model, []
+    for effect in model.effects.chosen:
+        if effect.beside is not None:
+            points = effect.beside(fit.effect_values[effect.name], ranges_of(model.records))
+            found += [model.with_effect_at(fit.theta, effect, values) for values in points]
     return found
 
 

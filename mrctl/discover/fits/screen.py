@@ -157,8 +157,7 @@ class Screen:
                 beyond[0],
                 beyond[1:],
                 self._tangent.moved(force),
-                self._effect.plausible is None
-                or self._effect.plausible(tuple(values.tolist()), self._screen.ranges),
+                self._effect.describes(tuple(values.tolist()), self._screen.ranges),
                 *self._usual(),
                 self._free.copy(),
             )

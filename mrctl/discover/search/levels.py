@@ -124,11 +124,7 @@ def search_level(
         done("a second opinion")
     before, trials = _levelled(before, trials, folds)
     reach = reach_of(before.fit.model)
-    trials = [
-        t
-        for t in trials
-        if t.effect.plausible is None or t.effect.plausible(t.fit.effect_values[t.effect.name], reach)
-    ]
+    trials = [t for t in trials if t.effect.describes(t.fit.effect_values[t.effect.name], reach)]
     trials.sort(key=lambda trial: -trial.score)
     return Level(before, whole, seen, trials)
 

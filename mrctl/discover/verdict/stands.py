@@ -60,7 +60,7 @@ def retimed(
     anew, there = taken_anew.retimed(evidence, final)
     reach = reach_of(there.fit.model)
     values = there.fit.effect_values
-    gone = [e.name for e in timed if e.plausible is not None and not e.plausible(values[e.name], reach)]
+    gone = [e.name for e in timed if not e.describes(values[e.name], reach)]
     if not gone:
         return anew, there, stands
     return retimed(

@@ -300,6 +300,10 @@ class Effect:
         """Where a fit had best start, each point within the bounds."""
         return [self.within(p) for p in ([self.typical] if self.guesses is None else self.guesses(ranges))]
 
+    def describes(self, values: Vector, ranges: Ranges) -> bool:
+        """Whether fitted parameters are still this effect's, as far as it knows what it is not."""
+        return self.plausible is None or self.plausible(values, ranges)
+
     def within(self, values: Vector) -> Vector:
         """Values within the parameters' bounds."""
         return tuple(min(max(x, p.low), p.high) for x, p in zip(values, self.parameters, strict=True))

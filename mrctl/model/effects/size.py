@@ -30,15 +30,19 @@ def sized(effect: Effect, force_n: float) -> Effect:
     def points(of: Callable[[Ranges], Sequence[Vector]]) -> Callable[[Ranges], Sequence[Vector]]:
         return lambda ranges: [_times(point, by) for point in of(usual(ranges))]
 
-    plausible = effect.plausible
+    def own_size(values: Vector) -> Vector:
+        return _times(values, [1.0 / own for own in by])
+
+    plausible, beside = effect.plausible, effect.beside
     return replace(
         effect,
         parameters=tuple(_sized(p, own) for p, own in zip(effect.parameters, by, strict=True)),
         guesses=effect.guesses and points(effect.guesses),
         far=effect.far and points(effect.far),
         usual=effect,
-        plausible=plausible
-        and (lambda values, ranges: plausible(_times(values, [1.0 / own for own in by]), usual(ranges))),
+        beside=beside
+        and (lambda values, ranges: [_times(p, by) for p in beside(own_size(values), usual(ranges))]),
+        plausible=plausible and (lambda values, ranges: plausible(own_size(values), usual(ranges))),
     )
 
 
