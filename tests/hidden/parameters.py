@@ -114,6 +114,8 @@ def _cavitation(p, case):
                 "swing",
                 "firming_per_m",
                 "slack",
+                "filling_per_s",
+                "by_flow",
             ),
             f"{FORM}: onset with compression speed",
         )
@@ -122,6 +124,8 @@ def _cavitation(p, case):
     if p["CAV"] == 2:
         return own | {
             "refilled": 0.0,
+            "filling_per_s": 0.0,
+            "by_flow": 0.0,
             "knee_n": f"{FORM}: sharp",
             "loss": 0.85,
             "closing_m": p["CQ"],
@@ -133,6 +137,8 @@ def _cavitation(p, case):
         "loss": 0.0,
         "closing_m": "no cavity, nothing to close",
         "refilled": "no cavity, nothing to fill",
+        "filling_per_s": "no cavity, nothing to fill",
+        "by_flow": "no cavity to open",
         "held": "no cavity, nothing to hold",
         "leak_m_s": "no cavity, nothing to close",
     }

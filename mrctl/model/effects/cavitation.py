@@ -50,7 +50,9 @@ def step(
     if p[7] > 0.0:
         taken_n += p[7] * _held(p, s, limit_n, velocity_m_s, static_n, level_n, tables, dt_s)
     if p[7] < 1.0:
-        taken_n += (1.0 - p[7]) * (_bent(p, s, limit_n, force_n, velocity_m_s, dt_s) - force_n)
+        taken_n += (1.0 - p[7]) * (
+            _bent(p, s, limit_n, force_n, velocity_m_s, level_n, tables, dt_s) - force_n
+        )
     lagged_n = swung(taken_n, s[2], s[3], p[9], p[10], dt_s)
     s[2], s[3] = lagged_n, s[2]
     return force_n + lagged_n
@@ -62,12 +64,15 @@ def _bent(
     limit_n: float,
     force_n: float,
     velocity_m_s: float,
+    level_n: float,
+    tables: StaticTables,
     dt_s: float,
 ) -> float:
     """The force in N nears the limit, but does not reach it.
 
-    What fluid does not follow opens a cavity, which the way back must close first, but for what other flow
-    has filled meanwhile; where another valve leads to it, it closes the faster.
+    What fluid does not follow opens a cavity, by the share of the force that is missing or by the flow that
+    is; the way back must close it first, but for what other flow has filled meanwhile; where another valve
+    leads to it, it closes the faster.
     """
     opens = 0.0
     if force_n < 0.0:
@@ -76,23 +81,40 @@ def _bent(
         if share > 1.0:  # no power of what is above 1: it may be beyond all numbers
             share, most = 1.0 / share, 1.0 / share
         most /= math.pow(1.0 + math.pow(share, sharpness), 1.0 / sharpness)
-        opens = (1.0 - p[5]) * abs(velocity_m_s) * (1.0 - most)
         force_n *= most
+        opens = abs(velocity_m_s) * (1.0 - most)
+        if p[14] > 0.0:
+            follows = compression_speed(-force_n / max(level_n, LEAST_N), tables)
+            opens += p[14] * (max(-velocity_m_s - follows, 0.0) - opens)
+        opens *= 1.0 - p[5]
     if velocity_m_s > 0.0:  # an empty one stays empty, but what hangs on that must not jump as it fills
         opens -= velocity_m_s + p[8]
-    s[0] = _filled(s[0], s[4], opens, dt_s)
+    before_m, after_m = s[0], _filled(s[0], s[4], opens, dt_s)
+    s[0] = max(after_m, 0.0) * math.exp(-p[13] * dt_s)
     s[4] = opens
     if velocity_m_s > 0.0:
-        force_n *= 1.0 - p[2] * s[0] / (s[0] + p[3])
+        force_n *= 1.0 - p[2] * _open(before_m, after_m, p[3])
     return force_n
 
 
 def _filled(cavity_m: float, before_m_s: float, opens_m_s: float, dt_s: float) -> float:
-    """A cavity after a sample over which the speed at which it opens runs straight."""
-    after_m = max(0.0, cavity_m + 0.5 * (before_m_s + opens_m_s) * dt_s)
+    """A cavity after a sample over which the speed at which it opens runs straight: below 0, it closed."""
+    after_m = cavity_m + 0.5 * (before_m_s + opens_m_s) * dt_s
     if before_m_s < 0.0 < opens_m_s:  # no less than what opens once it turned
         after_m = max(after_m, 0.5 * opens_m_s * opens_m_s / (opens_m_s - before_m_s) * dt_s)
     return after_m
+
+
+def _open(before_m: float, after_m: float, closing_m: float) -> float:
+    """The mean of y/(y + closing) over a sample, of which a cavity that closes is open for a part only."""
+    last_m, part = max(after_m, 0.0), 1.0
+    if after_m < 0.0:
+        part = before_m / (before_m - after_m)
+    grown_m = last_m - before_m
+    if abs(grown_m) < 1e-3 * (before_m + closing_m):
+        mean_m = 0.5 * (before_m + last_m)
+        return part * mean_m / (mean_m + closing_m)
+    return part * (1.0 - closing_m / grown_m * math.log((last_m + closing_m) / (before_m + closing_m)))
 
 
 def _held(
@@ -116,16 +138,18 @@ def _held(
         limit_n *= 1.0 - p[12]
     follows = compression_speed(limit_n / max(level_n, LEAST_N), tables)
     opens = -velocity_m_s - follows
+    before_m, before_leak_m = s[1], s[6]
     if opens > 0.0:
         opens *= 1.0 - p[5]
         s[6] += p[8] * dt_s  # what flows in as it opens keeps it small, but lifts no pressure
     else:
         s[6] = 0.0
     opens -= p[8]
-    s[1] = _filled(s[1], s[5], opens, dt_s)
+    after_m = _filled(s[1], s[5], opens, dt_s)
+    s[1] = max(after_m, 0.0) * math.exp(-p[13] * dt_s)
     s[5] = opens
-    opened = s[1] + s[6]
-    return -opened / (opened + p[3]) * (limit_n + static_n)
+    opened = _open(before_m + before_leak_m * (s[6] > 0.0), after_m + s[6], p[3])
+    return -opened * (limit_n + static_n)
 
 
 def start(
@@ -153,7 +177,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
     shares = (1.0, 0.95, 0.85, 0.7)
     bent: list[Vector] = [
-        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         for loss, rise in kinds
         for share in shares
     ]
@@ -170,7 +194,23 @@ def _holding(
 ) -> Vector:
     """A sharp limit at which an open cavity holds the force."""
     knee_n = 0.005 * limit_n
-    return limit_n, knee_n, 0.0, closing_m, rise_per_m, 0.0, 0.0, 1.0, leak_m_s, 2e-3, 0.3, 0.0, slack
+    return (
+        limit_n,
+        knee_n,
+        0.0,
+        closing_m,
+        rise_per_m,
+        0.0,
+        0.0,
+        1.0,
+        leak_m_s,
+        2e-3,
+        0.3,
+        0.0,
+        slack,
+        0.0,
+        0.0,
+    )
 
 
 def _far(ranges: Ranges) -> list[Vector]:
@@ -190,17 +230,27 @@ EFFECT = Effect(
         "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, "
         f"limit' = limit (1 - rise x) (1 + warming (T - {REFERENCE_C:g})), at least {LEAST_SHARE:g} limit; "
         f"n = log(1/2) / log(1 - knee/limit), knee/limit at most {SOFTEST:g} there; "
-        "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back), less v on the way back "
-        "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
+        "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back; by flow: the share of |v| "
+        "beyond the speed at which b1 would be so) - filling y, less v on the way back (v > 0), where F is "
+        "1 - loss y/(y + closing) of itself; held: F goes by that part of "
         "y/(y + closing) to -limit' (1 + firming y), where v > 0 to 1 - slack of it, while y > 0, with "
         "dy/dt = -v - v1, where b1 would be that at v1, less leak, as it opens (1 - refilled) of that less "
-        "leak, and y there without the leak while it opens; what this "
+        "leak, less filling y, and y there without the leak while it opens; what this "
         "takes off F (of b1 where held) comes by swing lag^2 d2/dt2 + lag d/dt + 1"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
         Parameter("limit_n", "N", NO_LIMIT_N, 50.0, NO_LIMIT_N, 1000.0, "largest compression force"),
-        Parameter("knee_n", "N", 50.0, 1.0, 5e3, 50.0, "what F lacks of the limit where it would be at it"),
+        Parameter(
+            "knee_n",
+            "N",
+            50.0,
+            1.0,
+            5e3,
+            50.0,
+            "what F lacks of the limit where it would be at it",
+            partial=True,
+        ),
         Parameter("loss", "1", 0.0, 0.0, 1.0, 0.0, "of the rebound force while a cavity is open", 0.3),
         Parameter(
             "closing_m", "m", 2e-3, 1e-5, 0.02, 2e-3, "cavity at which half of that is lost", partial=True
@@ -273,6 +323,28 @@ EFFECT = Effect(
             1.0,
             0.0,
             "part of the limit that is lost while the piston comes back",
+            0.3,
+            optional=True,
+        ),
+        Parameter(
+            "filling_per_s",
+            "1/s",
+            0.0,
+            0.0,
+            2000.0,
+            0.0,
+            "rate at which other flow closes it, in proportion to itself",
+            20.0,
+            optional=True,
+        ),
+        Parameter(
+            "by_flow",
+            "1",
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            "part of it that opens by the flow that lacks, not by the force's share that does",
             0.3,
             optional=True,
         ),
