@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.channels.field_past import fields_past
 from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
-from mrctl.discover.channels.warm_starts import more_than_scales, warm_starts, warmed
+from mrctl.discover.channels.warm_starts import begin_as_fluids_do, more_than_scales, warm_starts, warmed
 from mrctl.discover.evidence import WHOLE, Evidence
 from mrctl.discover.fits.grow import settled, without_temperature
 from mrctl.discover.fits.proof import Proof, log_gain, prove
@@ -101,7 +101,8 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
 
     Runs that were made one after the other begin with what the last one left, which no file tells.
     before: the model without the effects, which must do worse though each run had a scale of its own: else
-    any error of the runs would be a warmth. The same where nothing is left that they could take.
+    any error of the runs would be a warmth. The same where nothing is left that they could take, and where a
+    run had to begin colder than a fluid does: then what fades as the runs go on is no warmth.
     """
     heated = any(e.stage is Stage.TEMPERATURE for e in proof.fit.model.effects.chosen)
     if not heated or is_quiet(proof):
@@ -115,6 +116,7 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
     there = settled(prove(fitted_to(anew.records, fit), anew.folds), anew.folds)
     earned = log_gain(proof, there) > len(anew.records) * np.log(there.independent)
     sound = earned and there.predicts_better_than(proof) and _is_plausible(there.fit)
+    sound = sound and begin_as_fluids_do(there.fit)
     sound = sound and more_than_scales(before.fit, there.fit)
     return (anew, there) if sound else (evidence, proof)
 

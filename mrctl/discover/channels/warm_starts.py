@@ -15,6 +15,7 @@ from mrctl.identify.penalties import Penalty
 from mrctl.identify.records import Record
 from mrctl.identify.run_scatter import ScatteredModel
 from mrctl.identify.solver import Normal, solve
+from mrctl.model.effects.self_heating import RISE_AT_START
 
 Array = NDArray[np.float64]
 
@@ -58,6 +59,17 @@ def warm_starts(fit: JointFit, begin: Array) -> tuple[Array, Array, float]:
 def warmed(records: Sequence[Record], by_k: Array) -> list[Record]:
     """The records with their fluids that much warmer at their starts (runs)."""
     return [replace(r, warmer_k=r.warmer_k + k) for r, k in zip(records, by_k.tolist(), strict=True)]
+
+
+def begin_as_fluids_do(fit: JointFit) -> bool:
+    """Whether every run begins no farther from its case's temperature than a fluid may."""
+    for effect in fit.model.effects.chosen:
+        values = zip(effect.parameters, fit.effect_values[effect.name], strict=True)
+        for alike_k in (value for p, value in values if p.name == RISE_AT_START.name):
+            begins_k = [alike_k + r.warmer_k for r in fit.model.records]
+            if min(begins_k) < RISE_AT_START.low or max(begins_k) > RISE_AT_START.high:
+                return False
+    return True
 
 
 def more_than_scales(before: JointFit, warm: JointFit) -> bool:

@@ -10,6 +10,9 @@ from mrctl.model.static import StaticTables, backbone_force
 
 LEAST_K_J = 1e-6  # a heat capacity of 1 MJ/K
 FASTEST_S = 2.0  # of a fluid's cooling: what goes faster, or would, is no warmth
+RISE_AT_START = Parameter(
+    "rise_at_start_k", "K", 0.0, -20.0, 100.0, 0.0, "fluid above case when a run begins", 5.0
+)
 
 
 def step(
@@ -85,7 +88,7 @@ EFFECT = Effect(
             endless=True,
         ),
         Parameter("resistance_ohm", "ohm", 2.0, 0.0, 20.0, 2.0, "resistance of the coil", held=True),
-        Parameter("rise_at_start_k", "K", 0.0, -20.0, 100.0, 0.0, "fluid above case when a run begins", 5.0),
+        RISE_AT_START,
     ),
     step=step,
     shape_over=frozenset({"energy", "temperature", "time"}),

@@ -12,7 +12,7 @@ from identify.virtual import Bench, random_damper
 
 from mrctl.discover import taken_anew
 from mrctl.discover.base_fit import fitted_to
-from mrctl.discover.channels.warm_starts import more_than_scales, warm_starts, warmed
+from mrctl.discover.channels.warm_starts import begin_as_fluids_do, more_than_scales, warm_starts, warmed
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.extend import extend
 from mrctl.discover.fits.grow import grown_by
@@ -80,6 +80,17 @@ def test_scales_of_the_runs_are_no_warmth():
     assert np.abs(by_k).max() > 5.0  # which would serve
     records = warmed(evidence.records, by_k)
     assert not more_than_scales(base.fit, fitted_to(records, warm))
+
+
+def test_no_fluid_begins_a_run_far_colder_than_its_case():
+    """What fades in every run as a force does while a fluid warms, must begin there to be called so."""
+    evidence = Evidence.of(_campaign()[0])
+    heat = effects()["self_heating"]
+    plain = evidence.base([heat], {heat.name: heat.typical}).fit
+    first = np.eye(1, len(plain.model.records))[0]
+    models = [plain.model.placed(warmed(plain.model.records, k * first)) for k in (0.0, 40.0, -60.0, 200.0)]
+    begins = [begin_as_fluids_do(replace(plain, model=model)) for model in models]
+    assert begins == [True, True, False, False]
 
 
 def test_without_warmth_in_the_model_or_anything_left_nothing_is_asked(monkeypatch):
