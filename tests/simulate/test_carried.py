@@ -69,9 +69,26 @@ def _alike(got, want):
 
 @pytest.mark.parametrize("held", [0.0, 0.4, 1.0])
 def test_a_change_behind_a_limit_is_that_of_a_small_step(held):
-    chosen = [
-        (effects()["cavitation"], (700.0, 60.0, 0.5, 2e-3, 2.0, 0.3, 3e-3, held, 0.02, 2e-3, 0.3, 5.0, 0.3))
-    ]
+    limit = {
+        "limit_n": 700.0,
+        "knee_n": 60.0,
+        "loss": 0.5,
+        "closing_m": 2e-3,
+        "rise_per_m": 2.0,
+        "refilled": 0.3,
+        "warming_per_k": 3e-3,
+        "held": held,
+        "leak_m_s": 0.02,
+        "lag_s": 2e-3,
+        "swing": 0.3,
+        "firming_per_m": 5.0,
+        "slack": 0.3,
+        "filling_per_s": 20.0,
+        "by_flow": 0.6,
+    }
+    cavitation = effects()["cavitation"]
+    assert set(limit) == {p.name for p in cavitation.parameters}
+    chosen = [(cavitation, cavitation.vector(limit))]
     rows = np.stack([np.cos(5.0 * T), FORCE / 900.0, *(np.sin(k * T) for k in range(3, 12))])
     before = np.stack([np.sin(2.0 * T), -FORCE / 600.0, *(np.cos(k * T) for k in range(3, 10))])
     level = np.full(T.size, 800.0)
