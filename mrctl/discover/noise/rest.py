@@ -2,6 +2,7 @@
 
 A friction holds at rest what it had, or a fluid before it yields. By a velocity of noise it would slide to
 and fro until nothing is left of it; and what it holds before the first motion, no file tells.
+An actuator's hunting is as small and may be as white; but the force goes with it.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ Bools = NDArray[np.bool_]
 
 WINDOW_S, WINDOWS = 0.05, 3  # over which a motion would show in the mean; so many make a rest
 SIGMAS = 6.0  # of the noise's deviation, in one sample and in a mean, that are no motion: it is an estimate
+GOES_WITH = 0.3  # correlation of force and velocity, of more than which a velocity is no noise
 LONGEST_S = 5.0  # that a run is cut by: a longer rest may warm a fluid
 
 
@@ -57,7 +59,20 @@ def rests(record: Record, spectrum: Spectrum | None) -> Bools:
             record, spectrum, size
         ):
             resting[begin:end] = True
-    return resting
+    return resting & (not _moves(record, resting))
+
+
+def _moves(record: Record, resting: Bools) -> bool:
+    """Whether the force goes with the velocity where a record seems to rest: an actuator that hunts, say."""
+    if not resting.any():
+        return False
+    turns = np.flatnonzero(np.diff(resting.astype(np.int8))) + 1
+    stretches = [k for k in np.split(np.arange(resting.size), turns) if resting[k[0]]]
+    velocity, force = (
+        np.concatenate([x[k] - x[k].mean() for k in stretches]) for x in (record.velocity_m_s, record.force_n)
+    )
+    sizes = np.linalg.norm(velocity) * np.linalg.norm(force)
+    return bool(velocity @ force > GOES_WITH * sizes)
 
 
 def _means(x: Array, window: int) -> Array:

@@ -52,6 +52,15 @@ def test_what_turns_or_creeps_does_not_rest(v):
     assert not rests(_record(v), noise).any()
 
 
+def test_an_actuator_that_hunts_does_not_rest_for_the_force_goes_with_it():
+    """As small as noise is, and as white."""
+    noise = noise_spectrum([_record(_burst(T))])
+    hunting = _burst(T) + np.random.default_rng(7).normal(0.0, NOISE_M_S, T.size)
+    moved = _record(hunting, noise_m_s=0.0)
+    assert not rests(moved, noise).any()
+    assert rests(replace(moved, force_n=_record(_burst(T)).force_n), noise).any()
+
+
 def test_a_run_is_cut_to_where_its_first_rest_ends_unless_the_current_changes_in_it():
     record = _record(_burst(T))
     noise = noise_spectrum([record])
