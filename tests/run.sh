@@ -66,7 +66,7 @@ export OPENBLAS_NUM_THREADS=1  # threads inside small linear algebra only wait f
 python -m pytest --color=no --durations=10 tests/testbed >"$logs/testbed" 2>&1 &
 bed=$!
 trap 'kill "$bed" 2>/dev/null || true; rm -rf "$logs"' EXIT
-# Each process has a processor to itself: threads within them would only share it. Each begins with a half of its own,
+# Each process has a processor to itself: threads within them would only share it. Each begins with a part of its own,
 # so that what a folder sets up is mostly set up once, and takes from the others what they have not come to.
 bulk=(nice -n 19 python -m pytest -n auto --maxprocesses=8 --dist worksteal --durations=60 --ignore=tests/testbed tests)
 say "${bulk[*]}"

@@ -99,26 +99,8 @@ def _end_stop(p, case):
 
 def _cavitation(p, case):
     if p["CAV"] == 3:
-        return dict.fromkeys(
-            (
-                "limit_n",
-                "knee_n",
-                "loss",
-                "closing_m",
-                "rise_per_m",
-                "refilled",
-                "warming_per_k",
-                "held",
-                "leak_m_s",
-                "lag_s",
-                "swing",
-                "firming_per_m",
-                "slack",
-                "filling_per_s",
-                "by_flow",
-            ),
-            f"{FORM}: onset with compression speed",
-        )
+        names = (q.name for q in effects()["cavitation"].parameters)
+        return dict.fromkeys(names, f"{FORM}: onset with compression speed")
     own = {"limit_n": p["CFL"], "rise_per_m": 0.0, "warming_per_k": 0.0, "lag_s": 0.0}
     own |= {"swing": "nothing lags", "firming_per_m": "no cavity holds", "slack": "no cavity holds"}
     if p["CAV"] == 2:

@@ -7,6 +7,7 @@ An actuator's hunting is as small and may be as white; but the force goes with i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -51,23 +52,24 @@ def rests(record: Record, spectrum: Spectrum | None) -> Bools:
     quiet = np.abs(v) <= SIGMAS * _noise_m_s(record, spectrum, 1)
     quiet &= np.abs(_means(v, window)) <= SIGMAS * _noise_m_s(record, spectrum, window)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]]).astype(np.int8)))
-    resting = np.zeros(v.size, dtype=bool)
+    found = []
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         # What creeps shows in the mean over all of it.
         size = int(end - begin)
         if size >= WINDOWS * window and abs(float(v[begin:end].mean())) <= SIGMAS * _noise_m_s(
             record, spectrum, size
         ):
-            resting[begin:end] = True
-    return resting & (not _moves(record, resting))
+            found.append(slice(begin, end))
+    resting = np.zeros(v.size, dtype=bool)
+    for stretch in [] if _moves(record, found) else found:
+        resting[stretch] = True
+    return resting
 
 
-def _moves(record: Record, resting: Bools) -> bool:
+def _moves(record: Record, stretches: Sequence[slice]) -> bool:
     """Whether the force goes with the velocity where a record seems to rest: an actuator that hunts, say."""
-    if not resting.any():
+    if not stretches:
         return False
-    turns = np.flatnonzero(np.diff(resting.astype(np.int8))) + 1
-    stretches = [k for k in np.split(np.arange(resting.size), turns) if resting[k[0]]]
     velocity, force = (
         np.concatenate([x[k] - x[k].mean() for k in stretches]) for x in (record.velocity_m_s, record.force_n)
     )

@@ -177,7 +177,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
     kinds = (0.0, 0.0), (0.7, 0.0), (0.0, stiffer), (0.7, stiffer)
     shares = (1.0, 0.95, 0.85, 0.7)
     bent: list[Vector] = [
-        (share * most, 0.05 * most, loss, 2e-3, rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        _point(limit_n=share * most, knee_n=0.05 * most, loss=loss, closing_m=2e-3, rise_per_m=rise)
         for loss, rise in kinds
         for share in shares
     ]
@@ -193,24 +193,22 @@ def _holding(
     leak_m_s: float = 0.0,
 ) -> Vector:
     """A sharp limit at which an open cavity holds the force."""
-    knee_n = 0.005 * limit_n
-    return (
-        limit_n,
-        knee_n,
-        0.0,
-        closing_m,
-        rise_per_m,
-        0.0,
-        0.0,
-        1.0,
-        leak_m_s,
-        2e-3,
-        0.3,
-        0.0,
-        slack,
-        0.0,
-        0.0,
+    return _point(
+        limit_n=limit_n,
+        knee_n=0.005 * limit_n,
+        closing_m=closing_m,
+        rise_per_m=rise_per_m,
+        held=1.0,
+        leak_m_s=leak_m_s,
+        lag_s=2e-3,
+        swing=0.3,
+        slack=slack,
     )
+
+
+def _point(**values: float) -> Vector:
+    """The parameters of these names, the rest neutral."""
+    return tuple(values.get(p.name, p.neutral) for p in EFFECT.parameters)
 
 
 def _far(ranges: Ranges) -> list[Vector]:
