@@ -214,6 +214,15 @@ def test_acceleration_is_held_against_velocity(factor, said):
     assert said is None or said in findings[0]
 
 
+@pytest.mark.parametrize(("factor", "levels"), [(1.0, []), (0.6, ["error"])])
+def test_noise_of_an_accelerometer_is_no_scale_of_the_velocity(factor, levels):
+    """A slope alone would say that the velocity is 0.81 times what it measured."""
+    motion = sine(amplitude=0.0055)
+    noisy = motion.a + 0.8 * np.random.default_rng(2).normal(size=motion.v.size)
+    run = run_of(motion.v, damper_force(motion), acceleration_m_s2=noisy / factor)
+    assert [f.level for f in check_run(run) if "adds up to" in f.what] == levels
+
+
 def test_a_unit_that_a_person_stated_is_believed(tmp_path):
     table = rows()
     table[:, 3] = 170.0

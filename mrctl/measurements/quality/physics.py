@@ -38,7 +38,11 @@ def check_sign(run: Run) -> Iterator[Finding]:
 
 
 def check_consistency(run: Run) -> Iterator[Finding]:
-    """Measured displacement, velocity and acceleration against each other's integrals."""
+    """Measured displacement, velocity and acceleration against each other's integrals.
+
+    Noise of the one makes a slope too small, noise of the other too large: what a slope of either on the other
+    leaves open is no wrong scale.
+    """
     pairs = (
         ("displacement_m", "velocity_m_s", run.displacement_m, run.velocity_m_s),
         ("velocity_m_s", "acceleration_m_s2", run.velocity_m_s, run.acceleration_m_s2),
@@ -54,9 +58,9 @@ def check_consistency(run: Run) -> Iterator[Finding]:
         elif correlation < 0.9:
             what = f"{name} and {rate_name} do not belong together (correlation {correlation:.2f})"
             yield warning(run, None, what, "leave one of them out, and it is derived from the other")
-        elif abs(slope - 1.0) > SCALE_WARNING:
-            what = f"{name} is {slope:.4g} times what {rate_name} adds up to{_guess(slope)}"
-            level_of = error if abs(slope - 1.0) > SCALE_ERROR else warning
+        elif (off := max(slope - 1.0, 1.0 - slope / correlation**2)) > SCALE_WARNING:
+            what = f"{name} is {slope / correlation:.4g} times what {rate_name} adds up to{_guess(slope)}"
+            level_of = error if off > SCALE_ERROR else warning
             mend = "correct unit or scale of one of them in --columns MAP.yaml, or leave it out"
             yield level_of(run, None, what, mend)
 
