@@ -42,20 +42,26 @@ from other import make_other
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.reports.figures import parameters_of
+from mrctl.errors import InputError
 from mrctl.measurements import load_campaign
+from mrctl.measurements.quality import require_sound
 from mrctl.report.progress import Progress
 
 STOPPED = 130  # exit code, as a shell's after Ctrl-C
 
 
 def diagnosed(folder: Path, key: tuple = (), *, rounds: int = 0, track: bool = False) -> tuple[str, dict]:
-    """What the diagnosis says of one campaign, from its files alone.
+    """What the diagnosis says of one campaign, from its files alone, or why the gate before it refuses them.
 
     rounds: of the runs that an ambiguous one proposes, track: whether to prove on new runs what was found;
     both need the `key` by which the hidden damper is drawn again.
     """
     began = time.monotonic()
     campaign = load_campaign(folder)
+    try:
+        require_sound(campaign)
+    except InputError as refused:
+        return folder.name, {"verdict": "refused", "effects": [], "why": str(refused), "seconds": 0.0}
     found = diagnose(campaign)
     stated = {
         one.trial.effect.name: parameters_of(found.final.fit, one.trial.effect.name) for one in found.found

@@ -9,7 +9,7 @@ Outcomes, one per case:
   in_set        ambiguous, at most 2 names (3 for pairs), the truth among them, though the campaign could tell
   wide_set      ambiguous, larger set with the truth in it
   partial       pairs only: found, some true names, no wrong one
-  missed        none or unexplained though an effect was there
+  missed        none or unexplained though an effect was there, or the gate refused the files
   wrong         a found name that is not true, or an ambiguous set without the truth
   false         null or outside data: names given
   unexplained_on_null
@@ -41,6 +41,8 @@ def judge(c, r):
     v, got, true = r.get("verdict", "none"), set(r.get("effects") or []), set(c["effects"])
     exp = c["expected"]
     fam = c["family"]
+    if v == "refused":
+        return "missed"
     if fam == "H":
         native = set(c["native"])
         if got - true - native:
