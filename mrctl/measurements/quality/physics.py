@@ -40,8 +40,8 @@ def check_sign(run: Run) -> Iterator[Finding]:
 def check_consistency(run: Run) -> Iterator[Finding]:
     """Measured displacement, velocity and acceleration against each other's integrals.
 
-    Noise of the one makes a slope too small, noise of the other too large: what a slope of either on the other
-    leaves open is no wrong scale.
+    Noise of the one makes a slope too small, noise of the other too large: what a slope of either on the
+    other leaves open is no wrong scale.
     """
     pairs = (
         ("displacement_m", "velocity_m_s", run.displacement_m, run.velocity_m_s),
