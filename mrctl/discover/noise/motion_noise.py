@@ -23,6 +23,13 @@ TAIL = 4.0  # times what the next bands, continued, let expect of the lowest one
 OTHERS = 0.5  # coherence: channels with less in the highest band have noise of their own
 ABOVE_ROUNDING = 30.0  # times a column's rounding, which is not shared in any case
 
+# A sensor's low pass, of first order, that back and forth, and of second order (Butterworth's): order, times.
+LOW_PASSES = ((1, 1), (1, 2), (2, 1))
+PASSED, FEWEST_PASSED = 0.01, 3  # of the lowest band, that a band must hold to show its course; bands
+CORNERS, LAST_CORNER = 60, 30.0  # tried, and the last of them, in lowest bands
+LIKE_A_LOW_PASS = 0.15  # RMS of the logarithm, by which the bands may miss one's course
+BELOW = np.array([0.125, 0.25, 0.5])  # of the lowest band's middle, where the course is continued
+
 Spectrum = tuple[Array, Array, float]
 
 
@@ -50,7 +57,34 @@ def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
     middles = np.sqrt(edges[:-1] * edges[1:])
     low = slice(0, BANDS // 2)
     rise = float(np.polyfit(np.log(middles[low]), np.log(np.maximum(density[low], 1e-300)), 1)[0])
+    if rise < 0.0:
+        middles, density = _behind_a_low_pass(middles, density)
     return middles, density, float(np.clip(rise, 0.0, STEEPEST))
+
+
+def _behind_a_low_pass(middles: Array, density: Array) -> tuple[Array, Array]:
+    """The same bands, and below them the noise that a low pass lets more of through, where one shows in them.
+
+    Flat below its corner, and there higher than in the lowest band. A corner below that is a motion's tail.
+    """
+    seen = density > PASSED * density[0]
+    if np.count_nonzero(seen) < FEWEST_PASSED or not seen[:FEWEST_PASSED].all():
+        return middles, density
+    corners = np.geomspace(middles[0], LAST_CORNER * middles[0], CORNERS)
+    fits = []
+    for order, times in LOW_PASSES:
+        shape = -times * np.log1p((middles[seen] / corners[:, None]) ** (2 * order))
+        off = np.log(density[seen]) - shape
+        level = off.mean(axis=1)
+        misfit = np.sqrt(np.mean((off - level[:, None]) ** 2, axis=1))
+        best = int(np.argmin(misfit))
+        fits.append((float(misfit[best]), best, float(level[best]), order, times))
+    misfit, best, level, order, times = min(fits)
+    if misfit > LIKE_A_LOW_PASS or best == 0:
+        return middles, density
+    below = middles[0] * BELOW
+    passed = np.exp(level - times * np.log1p((below / corners[best]) ** (2 * order)))
+    return np.concatenate([below, middles]), np.concatenate([np.maximum(passed, density[0]), density])
 
 
 def _unshared(record: Record, edges: Array) -> Array:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt, sosfiltfilt
 
-from mrctl.discover.noise.motion_noise import noise_spectrum
+from mrctl.discover.noise.motion_noise import level_at, noise_spectrum
 from mrctl.identify.records import Record
 
 RATE_HZ, SECONDS = 1000.0, 20.0
@@ -74,3 +75,31 @@ def test_between_the_lines_of_a_motion_its_noise_is_told_too(hz):
     """A coherence of short pieces is high wherever a line is near; a fine spectrum is noise between them."""
     found = level(triangle(hz)) / DENSITY
     assert np.all((found > 0.5) & (found < 3.0))
+
+
+def swaying(noise: np.ndarray) -> Record:
+    """A slow sine, and a velocity sensor's noise (n, m/s)."""
+    still = np.zeros(noise.size)
+    velocity = 0.3 * np.sin(2.0 * np.pi * 1.3 * np.arange(noise.size) / RATE_HZ) + noise
+    return Record(0, RATE_HZ, velocity, still, still, still, still, still)
+
+
+@pytest.mark.parametrize(
+    ("order", "apply", "corner_hz"), [(1, sosfilt, 60.0), (1, sosfiltfilt, 80.0), (2, sosfilt, 50.0)]
+)
+def test_noise_behind_a_low_pass_is_as_loud_at_the_motion_as_it_was_before_it(order, apply, corner_hz):
+    white = SIGMA_M_S * np.random.default_rng(3).normal(size=int(RATE_HZ * SECONDS))
+    noise = apply(butter(order, corner_hz, fs=RATE_HZ, output="sos"), white)
+    spectrum = noise_spectrum([swaying(noise)])
+    assert spectrum is not None
+    assert spectrum[1][-6] < 0.85 * DENSITY  # in the lowest of the bands it is less
+    found = level_at(np.array([0.0, 5.0, 10.0, 20.0]), *spectrum)[1:]
+    assert found == pytest.approx(DENSITY, rel=0.3)
+
+
+def test_the_tail_of_a_road_is_not_continued_to_more():
+    spectrum = noise_spectrum([road(2e-3)])
+    assert spectrum is not None
+    _, density, _ = spectrum
+    assert level_at(np.array([0.0, 5.0]), *spectrum)[1] == density[0]
+    assert density.size == 6
