@@ -47,16 +47,16 @@ def _heated(starts: Sequence[Array], heat: Callable[[Array], JointFit], more: in
     heats = [heat(one) for one in starts]
     for _ in range(more):
         least = min(one.total for one in heats)
-        going = [not one.solution.converged and _promised(one) < least for one in heats]
+        going = [not one.solution.converged and promised(one) < least for one in heats]
         if not any(going):
             break
         heats = [heat(one.theta) if on else one for one, on in zip(heats, going, strict=True)]
     return heats
 
 
-def _promised(one: JointFit) -> float:
-    """The total cost of a fit, should it go on as it did last."""
-    return one.total - one.solution.last_gain
+def promised(one: JointFit) -> float:
+    """The total cost of a fit, should it go on as it did last, where it has not come to an end."""
+    return one.total - (0.0 if one.solution.converged else one.solution.last_gain)
 
 
 def pursued(fitted: Callable[..., JointFit], theta: Array, iterations: int, known: float) -> JointFit:

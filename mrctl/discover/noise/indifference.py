@@ -1,4 +1,7 @@
-"""Whether what a model leaves knows of the motion or the current: a load cell's noise does not."""
+"""Whether what a model leaves knows of the motion or the current: a load cell's noise does not.
+
+Nor does the noise of a measured motion, but for where the damper is steep.
+"""
 
 from __future__ import annotations
 
@@ -41,6 +44,27 @@ def is_indifferent(
         _spread(every, np.concatenate([x[h] for x, h in zip(signal, heard, strict=True)])) <= LOUDER
         for signal in signals
     )
+
+
+def by_steepness(errors: Sequence[Array], steepness: Sequence[Array]) -> list[Array]:
+    """Errors (n each run) in units of how loud they are where the damper is as steep.
+
+    steepness (n each): by how much the model's force changes with the velocity. What noise of a measured
+    motion makes of a force is in proportion to it, and the load cell's own comes on top. How loud the first
+    is the steepest and the flattest parts tell.
+    """
+    squares = np.concatenate(errors) ** 2
+    steep = np.concatenate(steepness) ** 2
+    heard = squares > 0.0
+    if np.count_nonzero(heard) < PARTS * FEWEST:
+        return list(errors)
+    low, high = np.quantile(steep[heard], (1.0 / PARTS, 1.0 - 1.0 / PARTS))
+    flat, steepest = heard & (steep <= low), heard & (steep >= high)
+    over = float(steep[steepest].mean() - steep[flat].mean())
+    louder = float(squares[steepest].mean() - squares[flat].mean())
+    share = max(louder, 0.0) / over if over > 0.0 else 0.0
+    own = max(float(squares[flat].mean()) - share * float(steep[flat].mean()), 1e-3 * float(squares.mean()))
+    return [e / np.sqrt(own + share * s * s) for e, s in zip(errors, steepness, strict=True)]
 
 
 def swells(errors: Sequence[Array], forces: Sequence[Array]) -> float:

@@ -27,6 +27,7 @@ SEED = 1
 LEAST_QUIETER = 0.02  # of the mean square, for a motion without its noise to be the truer one
 CLEAR = 4.0  # times the noise's density: there the motion is
 EDGE_WIDTH_HZ, WIENER_WIDTH_HZ = 1.0, 3.0  # over which the spectrum held against the noise's is smoothed
+SLIGHTLY = 1e-3  # of the largest speed, by which a steepness is taken
 MARGIN, SLOPE = 1.2, 1.3  # of the band's edge: what is kept whole, and where all has gone
 
 
@@ -96,6 +97,16 @@ def input_noise(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | N
     plain = fit.model.on(records).predict(fit.theta)
     moved = fit.model.on(noisy).predict(fit.theta)
     return [(a - b)[:: r.finer] for a, b, r in zip(moved, plain, records, strict=True)]
+
+
+def steepness(fit: JointFit, records: Sequence[Record]) -> list[Array]:
+    """By how much the model's force changes with the velocity, N/(m/s), at each sample of the records."""
+    step = SLIGHTLY * max(float(np.max(np.abs(r.velocity_m_s))) for r in records)
+    ahead, behind = (
+        fit.model.on([replace(r, velocity_m_s=r.velocity_m_s + by) for r in records]).predict(fit.theta)
+        for by in (step, -step)
+    )
+    return [np.abs(a - b) / (2.0 * step) for a, b in zip(ahead, behind, strict=True)]
 
 
 def _drawn(record: Record, middles: Array, density: Array, rise: float, rng: np.random.Generator) -> Array:

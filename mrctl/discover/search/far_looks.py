@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.grow import without_temperature
-from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, promised
 from mrctl.discover.fits.screen import Look, Screen
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
@@ -21,6 +21,7 @@ from mrctl.model.effects.base import Effect, Stage, Vector
 Array = NDArray[np.float64]
 
 KEPT = 0.5  # of what a few records promised, with which no other start is tried
+MORE_HEATS = 2  # for starts that promise nothing yet, but would if they went on as they did last
 FAINT = 0.1  # of the best gain: what a few records promise less of is not gone on with
 _KNOWN_FORCE = (Stage.ADDITIVE, Stage.ROD)  # which hangs on no other parameter
 WINDING, FEWEST_TO_WIND = 0.1, 3  # of h, that it goes back on its way; over so many knots
@@ -69,13 +70,15 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     starts = [np.concatenate([base, alone.pack({effect.name: effect.within(point)})]) for point in points]
     if warm or effect.stage in _KNOWN_FORCE:  # the base settles beside it first
         starts = [heat(start, beside=True).theta for start in starts]
-    least = replace(fit, model=few).total
+    least = screen.tangent.few_left(effect)  # as a few records are fitted better by any model than all
     heats = [heat(start) for start in starts]
+    for _ in range(MORE_HEATS):
+        heats = [heat(one.theta) if promised(one) < least < one.total else one for one in heats]
     found = [Promise(effect, one.theta, 2.0 * fit.total * (least - one.total) / least) for one in heats]
     return sorted(found, key=lambda one: -one.gain)
 
 
-def far_look(screen: Screen, promised: Sequence[Promise]) -> Look | None:
+def far_look(screen: Screen, worth: Sequence[Promise]) -> Look | None:
     """What one of an effect's promises, the best first, keeps on all records; None where none gains.
 
     One is gone on with after another until one keeps enough: to all records a start that a few made may be
@@ -83,14 +86,14 @@ def far_look(screen: Screen, promised: Sequence[Promise]) -> Look | None:
     """
     fit = screen.tangent.fit
     best: JointFit | None = None
-    for one in promised:
+    for one in worth:
         further = _heat(fit, fit.model, one.effect, one.theta, iterations=2 * HEAT, tolerance=0.0)
         best = further if best is None or further.total < best.total else best
         if 2.0 * (fit.total - further.total) >= KEPT * one.gain:
             break
     if best is None or best.total >= fit.total:
         return None
-    effect = promised[0].effect
+    effect = worth[0].effect
     look = screen.at(effect, best.effect_values[effect.name])
     return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.proof import Proof
-from mrctl.discover.noise.indifference import is_indifferent, swells
+from mrctl.discover.noise.indifference import by_steepness, is_indifferent, swells
+from mrctl.discover.noise.input_noise import steepness
 from mrctl.discover.noise.lines import Line, hums_of, line_of, steady_noise
 from mrctl.discover.noise.noise_floor import NoiseFloor
 from mrctl.discover.noise.shared_motion import shared_n2
@@ -86,8 +87,8 @@ def balance_of(
         over = max(over - repeated, 0.0)
     if budget.drowned:
         over = budget.certain
-    elif unknown and not budget.measured and is_indifferent(errors, _signals(evidence, errors), rates):
-        over = 0.0
+    elif unknown and not budget.measured:
+        over = 0.0 if _knows_nothing(evidence, final, errors, rates) else over
     swelling = 0.0
     if bare and budget.measured:
         swelling = swells(errors, evidence.at_samples_of(errors, [r.force_n for r in evidence.full]))
@@ -118,6 +119,17 @@ def balance_of(
         swelling,
         alike if left_n2 else 0.0,
     )
+
+
+def _knows_nothing(
+    evidence: Evidence, final: Proof, errors: Sequence[Array], rates_hz: Sequence[float]
+) -> bool:
+    """Whether errors are a load cell's noise, or that and the motion's, by how loud they are where."""
+    signals = _signals(evidence, errors)
+    if is_indifferent(errors, signals, rates_hz):
+        return True
+    steep = evidence.at_samples_of(errors, steepness(final.fit, evidence.full))
+    return is_indifferent(by_steepness(errors, steep), [*signals, steep], rates_hz)
 
 
 def _signals(evidence: Evidence, errors: Sequence[Array]) -> list[list[Array]]:

@@ -12,7 +12,7 @@ from discover.hidden import rich
 
 from mrctl.discover import diagnose as module
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.noise.indifference import is_indifferent, swells
+from mrctl.discover.noise.indifference import by_steepness, is_indifferent, swells
 from mrctl.discover.noise.spectral_floor import mean_square
 from mrctl.discover.verdict.balance import balance_of
 from mrctl.discover.verdict.structure import structure_of
@@ -51,6 +51,39 @@ def test_what_is_louder_somewhere_is_not(louder):
     signals = _signals()
     errors = [e * louder(*at) for e, at in zip(_noise(0.0), zip(*signals, strict=True), strict=True)]
     assert not is_indifferent(errors, signals, RATES)
+
+
+def _steep():
+    """Of dampers whose force saturates at a small speed, more with more current, in N/(m/s)."""
+    speeds, _, currents = _signals()
+    return [
+        (300.0 + 2000.0 * i) / 0.05 / np.cosh(v / 0.05) ** 2 for v, i in zip(speeds, currents, strict=True)
+    ]
+
+
+def test_a_motions_noise_is_indifferent_but_for_where_the_damper_is_steep():
+    steep = _steep()
+    of_motion = [s * n / 5000.0 for s, n in zip(steep, _noise(0.9), strict=True)]
+    rng = np.random.default_rng(5)
+    errors = [e + rng.normal(0.0, 4.0, SAMPLES) for e in of_motion]
+    signals = [*_signals(), steep]
+    assert not is_indifferent(errors, signals, RATES)
+    assert is_indifferent(by_steepness(errors, steep), signals, RATES)
+
+
+@pytest.mark.parametrize(
+    "louder",
+    [
+        lambda v, _f, _i: 1.0 + 2.0 * v,
+        lambda v, _f, i: np.where((v < 0.05) & (i < 0.9), 6.0, 1.0),
+        lambda _v, f, _i: 0.2 + f / 200.0,
+    ],
+    ids=["with the speed", "near standstill, where the current is small", "with the force"],
+)
+def test_what_is_louder_elsewhere_is_no_motions_noise(louder):
+    signals, steep = _signals(), _steep()
+    errors = [e * louder(*at) for e, at in zip(_noise(0.0), zip(*signals, strict=True), strict=True)]
+    assert not is_indifferent(by_steepness(errors, steep), [*signals, steep], RATES)
 
 
 def test_what_is_faster_where_the_motion_is_is_not():
