@@ -75,7 +75,7 @@ def test_a_motions_noise_is_indifferent_but_for_where_the_damper_is_steep():
     "louder",
     [
         lambda v, _f, _i: 1.0 + 2.0 * v,
-        lambda v, _f, i: np.where((v < 0.05) & (i < 0.9), 6.0, 1.0),
+        lambda v, _f, i: np.where((v < 0.2) & (i < 0.9), 6.0, 1.0),
         lambda _v, f, _i: 0.2 + f / 200.0,
     ],
     ids=["with the speed", "near standstill, where the current is small", "with the force"],
