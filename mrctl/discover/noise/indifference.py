@@ -16,13 +16,17 @@ PARTS, FEWEST = 5, 50  # of a signal's samples, as many in each; and how many at
 LOUDER, LOUDER_RUN = 2.5, 4.0  # in mean square, the loudest part over the quietest, and the loudest run
 # Over which noise changes as much in any run; what goes with the motion does not.
 APART_S = (0.005, 0.02, 0.08)
+APART_TWO_S = (0.02, 0.08)  # the same, of two noises: that of the steep is slower than that of the flat
 LITTLE, MUCH = 0.1, 0.8  # quantiles of the force's size: up to which it is little, and from which much
 SWELLING = 5.0  # in mean square, what comes with the force, where that is much over where it is little
 SLOW = 0.25  # of a white error's change from sample to sample, that a slow one may have
 
 
 def is_indifferent(
-    errors: Sequence[Array], signals: Sequence[Sequence[Array]], rates_hz: Sequence[float]
+    errors: Sequence[Array],
+    signals: Sequence[Sequence[Array]],
+    rates_hz: Sequence[float],
+    apart_s: Sequence[float] = APART_S,
 ) -> bool:
     """Whether errors (n each run) are about as loud in every run, and wherever each of the signals goes.
 
@@ -37,7 +41,7 @@ def is_indifferent(
         return False
     if not all(
         _alike([_change(e, round(s * hz)) for e, hz in zip(errors, rates_hz, strict=True)])
-        for s in (0.0, *APART_S)
+        for s in (0.0, *apart_s)
     ):
         return False
     return all(

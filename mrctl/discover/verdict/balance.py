@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.proof import Proof
-from mrctl.discover.noise.indifference import by_steepness, is_indifferent, swells
+from mrctl.discover.noise.indifference import APART_TWO_S, by_steepness, is_indifferent, swells
 from mrctl.discover.noise.input_noise import steepness
 from mrctl.discover.noise.lines import Line, hums_of, line_of, steady_noise
 from mrctl.discover.noise.noise_floor import NoiseFloor
@@ -32,6 +32,7 @@ STRANGE = 0.05  # ... or a course that no effect has
 IN_BURSTS, BURST = 0.4, 6.0  # of what is left in the usual record, beyond so many of its robust scales, ...
 OF_MOTION = 3.0  # ... times what the motion's noise makes, which comes and goes as the damper is steep, ...
 SLOW = 0.05  # ... and where it is faster than this share of its largest speed
+OF_THE_MOTION = "with the measured motion's: what is left is louder where the damper is steep, nowhere else"
 MOSTLY_BY_RUN = 0.5  # of what is left, that the runs' means must be to be told
 
 
@@ -83,12 +84,17 @@ def balance_of(
     shaken = 0.0 if line is None else line.mean_square_n2
     strange = max((c.share for c in certain), default=0.0)
     over = budget.unseen if bare and unknown else budget.excess
+    noise, how = budget.noise, budget.how
     if budget.measured:
         over = max(over - repeated, 0.0)
     if budget.drowned:
         over = budget.certain
-    elif unknown and not budget.measured:
-        over = 0.0 if _knows_nothing(evidence, final, errors, rates) else over
+    elif over > 0.0 and unknown and not budget.measured:
+        signals = _signals(evidence, errors)
+        if is_indifferent(errors, signals, rates):
+            over = 0.0
+        elif _is_of_the_motion(evidence, final, errors, signals, rates):
+            over, noise, how = 0.0, budget.total, OF_THE_MOTION
     swelling = 0.0
     if bare and budget.measured:
         swelling = swells(errors, evidence.at_samples_of(errors, [r.force_n for r in evidence.full]))
@@ -107,9 +113,9 @@ def balance_of(
     by_run = by_run if by_run > MOSTLY_BY_RUN * left_n2 > 0.0 else 0.0
     return Balance(
         budget.total,
-        budget.noise,
+        noise,
         budget.measured,
-        budget.how,
+        how,
         left_n2,
         line,
         hums,
@@ -121,15 +127,16 @@ def balance_of(
     )
 
 
-def _knows_nothing(
-    evidence: Evidence, final: Proof, errors: Sequence[Array], rates_hz: Sequence[float]
+def _is_of_the_motion(
+    evidence: Evidence,
+    final: Proof,
+    errors: Sequence[Array],
+    signals: Sequence[Sequence[Array]],
+    rates_hz: Sequence[float],
 ) -> bool:
-    """Whether errors are a load cell's noise, or that and the motion's, by how loud they are where."""
-    signals = _signals(evidence, errors)
-    if is_indifferent(errors, signals, rates_hz):
-        return True
+    """Whether errors are as loud wherever the damper is as steep, as a load cell's and a motion's noise are."""
     steep = evidence.at_samples_of(errors, steepness(final.fit, evidence.full))
-    return is_indifferent(by_steepness(errors, steep), [*signals, steep], rates_hz)
+    return is_indifferent(by_steepness(errors, steep), [*signals, steep], rates_hz, APART_TWO_S)
 
 
 def _signals(evidence: Evidence, errors: Sequence[Array]) -> list[list[Array]]:

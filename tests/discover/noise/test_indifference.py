@@ -12,9 +12,9 @@ from discover.hidden import rich
 
 from mrctl.discover import diagnose as module
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.noise.indifference import by_steepness, is_indifferent, swells
+from mrctl.discover.noise.indifference import APART_TWO_S, by_steepness, is_indifferent, swells
 from mrctl.discover.noise.spectral_floor import mean_square
-from mrctl.discover.verdict.balance import balance_of
+from mrctl.discover.verdict.balance import OF_THE_MOTION, balance_of
 from mrctl.discover.verdict.structure import structure_of
 
 RUNS, SAMPLES = 6, 4000
@@ -68,7 +68,7 @@ def test_a_motions_noise_is_indifferent_but_for_where_the_damper_is_steep():
     errors = [e + rng.normal(0.0, 4.0, SAMPLES) for e in of_motion]
     signals = [*_signals(), steep]
     assert not is_indifferent(errors, signals, RATES)
-    assert is_indifferent(by_steepness(errors, steep), signals, RATES)
+    assert is_indifferent(by_steepness(errors, steep), signals, RATES, APART_TWO_S)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_a_motions_noise_is_indifferent_but_for_where_the_damper_is_steep():
 def test_what_is_louder_elsewhere_is_no_motions_noise(louder):
     signals, steep = _signals(), _steep()
     errors = [e * louder(*at) for e, at in zip(_noise(0.0), zip(*signals, strict=True), strict=True)]
-    assert not is_indifferent(by_steepness(errors, steep), [*signals, steep], RATES)
+    assert not is_indifferent(by_steepness(errors, steep), [*signals, steep], RATES, APART_TWO_S)
 
 
 def test_what_is_faster_where_the_motion_is_is_not():
@@ -118,6 +118,25 @@ def test_noise_that_remembers_itself_long_leaves_nothing_to_explain(where):
     left = structure_of(base.fit, evidence.folds)
     balance = balance_of(evidence, base, left, [], bare=True)
     assert balance.cleared is (where == "everywhere")
+
+
+@pytest.mark.parametrize("of", ["the motion", "what hangs on the current"])
+def test_slow_noise_of_the_measured_motion_leaves_nothing_to_explain(of):
+    """4 mm/s with a time constant of 50 ms, that its spectrum above 30 Hz does not show; or as much force."""
+    rng = np.random.default_rng(8)
+    plain = rich()
+    noise = [coloured(rng, len(r), 0.004, 0.95) for r in plain.runs]
+    runs = [
+        replace(r, velocity_m_s=r.velocity_m_s + n)
+        if of == "the motion"
+        else replace(r, force_n=r.force_n + 3000.0 * n * r.current_a)
+        for r, n in zip(plain.runs, noise, strict=True)
+    ]
+    evidence = Evidence.of(replace(plain, runs=tuple(runs)))
+    base = evidence.base()
+    balance = balance_of(evidence, base, structure_of(base.fit, evidence.folds), [], bare=True)
+    assert balance.cleared is (of == "the motion")
+    assert (balance.how == OF_THE_MOTION) is balance.cleared
 
 
 @pytest.mark.parametrize(
