@@ -134,7 +134,7 @@ def _is_of_the_motion(
     signals: Sequence[Sequence[Array]],
     rates_hz: Sequence[float],
 ) -> bool:
-    """Whether errors are as loud wherever the damper is as steep, as a load cell's and a motion's noise are."""
+    """Whether errors are as loud wherever the damper is as steep, as noise of load cell and motion is."""
     steep = evidence.at_samples_of(errors, steepness(final.fit, evidence.full))
     return is_indifferent(by_steepness(errors, steep), [*signals, steep], rates_hz, APART_TWO_S)
 
