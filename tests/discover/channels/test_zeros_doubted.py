@@ -8,6 +8,7 @@ import pytest
 from discover.hidden import one_frequency, rich
 
 from mrctl.discover import diagnose as module
+from mrctl.discover import taken_anew
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.evidence import Evidence
 
@@ -135,3 +136,16 @@ def test_a_best_valley_that_was_asked_for_zeros_is_not_fitted_again(monkeypatch,
     with pytest.raises(_Searched):
         module.diagnose(campaign())
     assert len(asked) == fits
+
+
+@pytest.mark.parametrize(("left_n2", "taken"), [(40.0, True), (60.0, False)])
+def test_zeros_taken_anew_stay_only_where_they_leave_less(monkeypatch, left_n2, taken):
+    """A fit to runs without their zeros may end in another valley, of a warmth that foretells nothing."""
+    anew = SimpleNamespace(records=(), folds=())
+    anew.evened = lambda _: anew
+    evidence = SimpleNamespace(zeroed=lambda _: anew)
+    before, there = (SimpleNamespace(fit=None, mean_square=n2) for n2 in (50.0, left_n2))
+    monkeypatch.setattr(taken_anew, "fitted_to", lambda *_: None)
+    monkeypatch.setattr(taken_anew, "prove", lambda *_: there)
+    expected = (anew, there) if taken else (evidence, before)
+    assert taken_anew.rezeroed(evidence, before) == expected
