@@ -47,7 +47,7 @@ def _heated(starts: Sequence[Array], heat: Callable[[Array], JointFit], more: in
     heats = [heat(one) for one in starts]
     for _ in range(more):
         least = min(one.total for one in heats)
-        going = [not one.solution.converged and promised(one) < least for one in heats]
+        going = [promised(one) < least for one in heats]
         if not any(going):
             break
         heats = [heat(one.theta) if on else one for one, on in zip(heats, going, strict=True)]

@@ -47,13 +47,22 @@ class Tangent:
         """The model on as much data as is enough to choose by, when that effect may come to it."""
         return self._pieces if self._forgets(beside) else self._whole
 
-    def few_left(self, beside: Effect) -> float:
-        """What the model leaves of that much data after a few steps to it alone, as a fit's total cost."""
-        return self._pieces_left if self._forgets(beside) else self._whole_left
-
     def glance(self, beside: Effect) -> Tangent:
         """The tangent on that much data; itself where that is all."""
         return self._pieces_glance if self._forgets(beside) else self._whole_glance
+
+    @cached_property
+    def left_alone(self) -> float:
+        """What the model leaves after a few more steps to the tangent's records, as a fit's total cost."""
+        fit = self.fit
+        return fit.model.fit(
+            fit.theta,
+            penalties=fit.penalties,
+            rounds=1,
+            free=fit.moving,
+            iterations=HEAT,
+            tolerance=HEAT_TOLERANCE,
+        ).total
 
     def _forgets(self, beside: Effect) -> bool:
         """Whether a long record may be cut: nothing in the model remembers as long."""
@@ -67,25 +76,6 @@ class Tangent:
     @cached_property
     def _pieces(self) -> JointModel:
         return sampled(self.fit.model, self.fit.theta)
-
-    @cached_property
-    def _whole_left(self) -> float:
-        return self._heated(self._whole)
-
-    @cached_property
-    def _pieces_left(self) -> float:
-        return self._heated(self._pieces)
-
-    def _heated(self, few: JointModel) -> float:
-        fit = self.fit
-        return few.fit(
-            fit.theta,
-            penalties=fit.penalties,
-            rounds=1,
-            free=fit.moving,
-            iterations=HEAT,
-            tolerance=HEAT_TOLERANCE,
-        ).total
 
     @cached_property
     def _whole_glance(self) -> Tangent:

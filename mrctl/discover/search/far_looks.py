@@ -70,7 +70,8 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     starts = [np.concatenate([base, alone.pack({effect.name: effect.within(point)})]) for point in points]
     if warm or effect.stage in _KNOWN_FORCE:  # the base settles beside it first
         starts = [heat(start, beside=True).theta for start in starts]
-    least = screen.tangent.few_left(effect)  # as a few records are fitted better by any model than all
+    # A few records are fitted better by any model than all are.
+    least = screen.tangent.glance(effect).left_alone
     heats = [heat(start) for start in starts]
     for _ in range(MORE_HEATS):
         heats = [heat(one.theta) if promised(one) < least < one.total else one for one in heats]
