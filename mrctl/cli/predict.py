@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
 
 from mrctl.calibration import Calibration
 from mrctl.cli.apply import add_common_arguments, apply
+from mrctl.identify.pasts import currents_before, with_pasts
+from mrctl.identify.records import Record, refined_record
 from mrctl.measurements import Run
-from mrctl.measurements.leaps import as_it_moved
-from mrctl.measurements.moving_means import smoothed
-from mrctl.measurements.refine import refined, refinement, straight
 from mrctl.measurements.run import FloatArray
 from mrctl.model.pipeline import ForwardPipeline
 
@@ -22,7 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_common_arguments(parser)
     parser.epilog = """\
 Adds the column force_model_N. The run needs velocity (or displacement), current and temperature; a measured
-force is kept, not needed. Where force and motion are stored as moving means, so is the model's force.
+force is kept, not needed: its first moments say from where the run came, where there is one. Where force and
+motion are stored as moving means, so is the model's force.
 
 example:
   mrctl predict config/calibration.yaml run.csv -o predicted.csv
@@ -38,29 +39,45 @@ def run(args: argparse.Namespace) -> int:
 class _Forces:
     """The model's force, called sample by sample in order, and at the end as the run's own was stored.
 
-    A run slower than the damper's filter goes through the model at a multiple of its rate, as in `compare`.
+    A run slower than the damper's filter goes through the model at a multiple of its rate, and where it has a
+    force, its first ones tell what was before it: as in `compare`.
     """
 
     def __init__(self, calibration: Calibration, run: Run) -> None:
-        there, damper = as_it_moved(run), calibration.damper
-        self._factor = refinement(run.sample_rate_hz, damper.forward_filter.sample_rate_hz)
-        self._window = run.averaged_s * run.sample_rate_hz * self._factor
-        v, x, a = (
-            refined(signal, self._factor)
-            for signal in (there.velocity_m_s, there.displacement_m, there.acceleration_m_s2)
-        )
-        i, T = (straight(signal, self._factor) for signal in (there.current_a, there.temperature_c))
-        self._signals = zip(*(signal.tolist() for signal in (v, i, T, x, a)), strict=True)
-        self._model = ForwardPipeline(damper, 1.0 / (run.sample_rate_hz * self._factor))
-        self._model.settle(v[0], i[0], T[0], x[0])
+        self._damper = calibration.damper
+        fine = refined_record(run, self._damper.forward_filter.sample_rate_hz)
+        whole, before = fine, 0
+        if run.has_force:
+            [(whole, before)] = with_pasts([fine], self._forces_of, currents_before(self._damper))
+        self._whole, self._finer = whole, fine.finer
+        self._before = before
+        self._steps = self._stepped(whole, whole.driven_m_s if run.has_force else whole.velocity_m_s)
         self._made: list[float] = []
 
     def __call__(self, k: int) -> float:
         """The force in N at sample k, before any averaging."""
-        steps = self._factor if k else 1
-        self._made += [self._model.step(*signals) for signals in islice(self._signals, steps)]
+        self._made += islice(self._steps, self._finer if k else self._before + 1)
         return self._made[-1]
 
     def finished(self) -> FloatArray:
         """All of them in N, averaged as the run's were."""
-        return smoothed(np.array(self._made), self._window)[:: self._factor]
+        return self._whole.as_stored(np.array(self._made))[self._before :: self._finer]
+
+    def _forces_of(self, records: list[Record]) -> list[FloatArray]:
+        return [r.as_stored(np.array(list(self._stepped(r, r.driven_m_s)))) for r in records]
+
+    def _stepped(self, record: Record, velocity_m_s: FloatArray) -> Iterator[float]:
+        """The model's force in N, sample after sample."""
+        v, i, T, x, a = (
+            signal.tolist()
+            for signal in (
+                velocity_m_s,
+                record.current_a,
+                record.temperature_c,
+                record.displacement_m,
+                record.acceleration_m_s2,
+            )
+        )
+        model = ForwardPipeline(self._damper, 1.0 / record.rate_hz)
+        model.settle(v[0], i[0], T[0], x[0])
+        yield from map(model.step, v, i, T, x, a)

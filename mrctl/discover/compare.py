@@ -18,7 +18,10 @@ from mrctl.model.damper import Damper
 
 Array = NDArray[np.float64]
 
-START = "Every run starts as if its first sample had lasted for ever; no sample is left out."
+START = (
+    "What was before a run is what its first forces fit best: its first sample for ever, rest, or its motion "
+    "turned round, and for a field with a memory another current; no sample is left out."
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify.records import Record
-from mrctl.measurements.leaps import as_it_moved
-from mrctl.measurements.refine import refinement
+from mrctl.identify.pasts import currents_before, with_pasts
+from mrctl.identify.records import Record, refined_record
 from mrctl.measurements.run import Run
 from mrctl.model.damper import Damper
 from mrctl.simulate import simulate
@@ -20,28 +19,29 @@ def modelled(damper: Damper, run: Run) -> Array:
 
     A run slower than the damper's filter goes through the model at a multiple of its rate: between samples
     there are reversals, and the filter cannot be carried down to its rate. Of the measured force only this is
-    asked: where a run begins slowly, from where it came, as in a fit (Record.driven_m_s).
+    asked: from where a run came, as it begins (`with_pasts`, Record.driven_m_s).
     """
-    there = as_it_moved(run)
-    factor = refinement(run.sample_rate_hz, damper.forward_filter.sample_rate_hz)
-    fine = Record(
-        0,
-        run.sample_rate_hz,
-        there.velocity_m_s,
-        there.current_a,
-        there.temperature_c,
-        np.nan_to_num(there.force_n),
-        there.displacement_m,
-        there.acceleration_m_s2,
-        averaged_s=run.averaged_s,
-    ).refined(factor)
-    force = simulate(
-        damper,
-        1.0 / fine.rate_hz,
-        fine.driven_m_s,
-        fine.current_a,
-        fine.temperature_c,
-        fine.displacement_m,
-        fine.acceleration_m_s2,
+    fine = refined_record(run, damper.forward_filter.sample_rate_hz)
+
+    def forces_of(records: list[Record]) -> list[Array]:
+        return [_force_of(damper, record) for record in records]
+
+    whole, before = fine, 0
+    if run.has_force:
+        [(whole, before)] = with_pasts([fine], forces_of, currents_before(damper))
+    return _force_of(damper, whole)[before :: fine.finer]
+
+
+def _force_of(damper: Damper, record: Record) -> Array:
+    """The force in N of a record (n), averaged as the record's own was."""
+    return record.as_stored(
+        simulate(
+            damper,
+            1.0 / record.rate_hz,
+            record.driven_m_s,
+            record.current_a,
+            record.temperature_c,
+            record.displacement_m,
+            record.acceleration_m_s2,
+        )
     )
-    return np.asarray(fine.as_stored(force)[:: fine.finer])

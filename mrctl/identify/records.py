@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mrctl.measurements.leaps import as_it_moved
 from mrctl.measurements.moving_means import smoothed
-from mrctl.measurements.refine import refined, straight
+from mrctl.measurements.refine import refined, refinement, straight
 from mrctl.measurements.run import Run
 
 Array = NDArray[np.float64]
@@ -174,6 +174,22 @@ def records_of(runs: Iterable[Run]) -> list[Record]:
         for number, run in enumerate(map(as_it_moved, runs))
         if len(run) >= SHORTEST and run.has_force and run.has_current
     ]
+
+
+def refined_record(run: Run, least_hz: float) -> Record:
+    """A whole run at a multiple of its rate, `least_hz` at least; without a force where the run has none."""
+    there = as_it_moved(run)
+    return Record(
+        0,
+        run.sample_rate_hz,
+        there.velocity_m_s,
+        there.current_a,
+        there.temperature_c,
+        np.nan_to_num(there.force_n),
+        there.displacement_m,
+        there.acceleration_m_s2,
+        averaged_s=run.averaged_s,
+    ).refined(refinement(run.sample_rate_hz, least_hz))
 
 
 def possible_rise_k(records: Iterable[Record]) -> float:

@@ -17,6 +17,7 @@ from mrctl.identify.effects_fit import Effects
 from mrctl.identify.finish import at_full_shape, full_shape
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.pasts import with_pasts
 from mrctl.identify.penalties import weighed_as
 from mrctl.identify.plain_lags import free_to_be_late
 from mrctl.identify.records import Record, possible_rise_k
@@ -178,13 +179,21 @@ def error_on(
 ) -> float:
     """RMS error in N on other records, every sample measured; begins: from these samples on.
 
+    What was before a record is what its first forces say (`with_pasts`).
+
     scaled: less what is in proportion to each record's force, which no model foretells of runs that scatter.
     """
-    model = fit.model.on(records)
-    forces = model.predict(fit.theta)
+
+    def forces_of(some: list[Record]) -> list[Array]:
+        return fit.model.on(some).predict(fit.theta)
+
+    told = with_pasts(records, forces_of)
+    forces = forces_of([record for record, _ in told])
     left = []
-    for record, force, at in zip(records, forces, begins or [0] * len(records), strict=True):
-        made = force[at :: record.finer]
+    for record, (_, before), force, at in zip(
+        records, told, forces, begins or [0] * len(records), strict=True
+    ):
+        made = force[before + at :: record.finer]
         error = record.force_n[at :: record.finer] - made
         left.append(error - made * float(made @ error) / float(made @ made) if scaled else error)
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
