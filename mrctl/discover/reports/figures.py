@@ -13,6 +13,7 @@ from mrctl.discover.reports.channels import channel_figures, channel_words
 from mrctl.discover.search.levels import Trial
 from mrctl.discover.verdict.balance import STRANGE
 from mrctl.discover.verdict.courses import Course
+from mrctl.discover.verdict.own_delay import with_hold
 from mrctl.discover.verdict.worth import accepted
 from mrctl.identify.joint_fit import JointFit, half_width_95
 from mrctl.model.effects.card import card
@@ -122,7 +123,7 @@ def parameters_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
     """
     effect = next(e for e in fit.model.effects.chosen if e.name == name)
     values = fit.effect_values[name]
-    spread = fit.effect_std()[name]
+    spread = with_hold(fit, name, fit.effect_std()[name])
     at = fit.model.layout.size
     for other in fit.model.effects.chosen:
         if other.name == name:

@@ -98,7 +98,8 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     little = taken < min(LATER_CLEARING * every, LEAST_SHARE * here.mean_square)
     if little or (taken < PUSHED_SHARE * every and _of_no_size(best, foretold=foretold)):
         return False
-    certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here)
+    # What it takes may have passed for noise: then what is left with it tells the noise better.
+    certain = before.excess > LEAST_OF_FORCE**2 * force_n2(here) or before.judged > after.most_noise
     changes = changes_of(best.fit, [best.effect])
     if not certain and any(change.certain for change in changes):
         return False

@@ -10,15 +10,21 @@ import numpy as np
 import pytest
 from discover.campaigns import every, road, shipped, with_effect
 from discover.hidden import among
+from scipy.optimize import least_squares
+from scipy.signal import lfilter
 
 from mrctl.discover.diagnose import diagnose
 from mrctl.discover.extend import extend
-from mrctl.discover.verdict.own_delay import is_filters
+from mrctl.discover.verdict.own_delay import is_filters, with_hold
+from mrctl.identify.hysteresis import UNIT_RAD_S, discretise
+from mrctl.identify.joint_fit import half_width_95
 from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
 from mrctl.model.effects.registry import effects
+from mrctl.simulate.stages import measured
 
 NOISE_N = 4.0
+DELAY = effects()["sensor_delay"]
 
 
 def _campaign(damper: Damper, seconds: float = 2.5) -> Campaign:
@@ -93,6 +99,28 @@ def test_what_sampling_may_make_late_is_the_filters_own(delay_s, std_s, rate_hz,
 def test_of_other_effects_it_is_not_asked():
     trial = SimpleNamespace(effect=effects()["gas_spring"], fit=_Fit(1e-4, 1e-5, 1000.0))
     assert not is_filters(trial)
+
+
+@pytest.mark.parametrize("rate_hz", [500.0, 1000.0, 2000.0])
+def test_what_a_hold_adds_to_a_delay_is_in_its_interval(rate_hz):
+    """A plain lag behind a knee, finely simulated, then sampled: the filter that fits best, and the delay."""
+    lag_s, delay_s, fine = 5e-3, 4.5e-3, round(20_000.0 / rate_hz)
+    rng = np.random.default_rng(2)
+    t = np.arange(0.0, 8.0, 1.0 / 20_000.0)
+    tones = zip(rng.uniform(0.5, 12.0, 12), rng.uniform(0.0, 6.3, 12), strict=True)
+    made = 1000.0 * np.tanh(sum(np.cos(2.0 * np.pi * hz * t + at) for hz, at in tones) / 0.4)
+    smooth = np.exp(-1.0 / (20_000.0 * lag_s))
+    late = np.interp(t - delay_s, t, lfilter([1.0 - smooth], [1.0, -smooth], made))[::fine]
+
+    def missed(p):
+        b, a = discretise(np.array([p[0], p[1]]), rate_hz)
+        return (measured([(DELAY, (p[2],))], lfilter(b, a, made[::fine]), 1.0 / rate_hz) - late)[200:]
+
+    found = least_squares(missed, [np.log(1.0 / (lag_s * UNIT_RAD_S)), 0.05, delay_s]).x[2]
+    assert found - delay_s > 0.25 / rate_hz
+    fit = _Fit(found, 1e-5, rate_hz)
+    (std_s,) = with_hold(fit, DELAY.name, fit.effect_std()[DELAY.name])
+    assert found - half_width_95(std_s) < delay_s
 
 
 def test_half_a_slow_sample_late_is_no_delay():
