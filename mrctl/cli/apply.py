@@ -20,6 +20,7 @@ from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 
 SAMPLES_PER_REPORT = 20_000
+NEAR_K = 1.0  # of a table that ends at runs' mean temperatures, that their samples lie beside it
 
 
 def add_common_arguments(parser: argparse.ArgumentParser) -> None:
@@ -83,13 +84,13 @@ def outside_validity(calibration: Calibration, run: Run, *, current: bool) -> It
     """Where the run leaves the ranges in which the calibration holds."""
     damper = calibration.damper
     checks = [
-        ("velocity", "m/s", run.velocity_m_s, damper.velocity_valid_m_s),
-        ("temperature", "°C", run.temperature_c, damper.temperature_valid_c),
+        ("velocity", "m/s", run.velocity_m_s, damper.velocity_valid_m_s, 0.0),
+        ("temperature", "°C", run.temperature_c, damper.temperature_valid_c, NEAR_K),
     ]
     if current:
-        checks.append(("current", "A", run.current_a, damper.current_valid_a))
-    for name, unit, values, valid in checks:
-        outside = np.mean((values < valid.low) | (values > valid.high))
+        checks.append(("current", "A", run.current_a, damper.current_valid_a, 0.0))
+    for name, unit, values, valid, near in checks:
+        outside = np.mean((values < valid.low - near) | (values > valid.high + near))
         if outside > 0.0:
             yield Problem(
                 str(run.file),
