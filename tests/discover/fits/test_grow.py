@@ -12,12 +12,14 @@ from discover.hidden import rich
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import WARMER, grown_by, settled, warmer, without
 from mrctl.discover.fits.proof import prove
+from mrctl.discover.fits.refit import fitted
 from mrctl.discover.search.exchange import exchanged
 from mrctl.discover.search.renewed import renewed
 from mrctl.identify.effects_fit import Effects
 from mrctl.model.effects.registry import effect
 
 SPRING = (0.0, 4000.0, 0.0, 0.0)
+CAVITATION = effect("cavitation")
 
 
 @pytest.fixture(scope="module")
@@ -122,3 +124,12 @@ def test_a_look_at_the_bounds_keeps_no_effect_from_its_place():
     base = evidence.base()
     fit = grown_by(base.fit, effect("rebound_asymmetry"), (0.0, -50.0, 0.0, -500.0, 1.0))
     assert fit.total < 0.5 * base.fit.total
+
+
+def test_runs_that_fit_badly_are_not_weighed_down_where_an_effect_is_added():
+    """A limit that few runs reach: each run weighed by its own error, the fit would rather have none."""
+    limited = {p.name: v for p, v in zip(CAVITATION.parameters, CAVITATION.neutral, strict=True)}
+    campaign = rich({"cavitation": limited | {"limit_n": 900.0, "knee_n": 80.0}})
+    base = fitted(Evidence.of(campaign).records, (), {})
+    assert base.model.noise_n.max() > 2.0 * base.model.noise_n.min()
+    assert grown_by(base, CAVITATION).effect_values["cavitation"][0] == pytest.approx(900.0, rel=0.05)
