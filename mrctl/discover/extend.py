@@ -12,16 +12,18 @@ from numpy.typing import NDArray
 from mrctl.discover import taken_anew
 from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.fits.grow import grown_by
-from mrctl.discover.fits.proof import prove
+from mrctl.discover.fits.grow import grown_by, settled
+from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.refit import Split, error_on, fitted, one_more, scatters, split, thinned
 from mrctl.discover.fits.unseen import Unseen
+from mrctl.discover.search.levels import search_level
+from mrctl.discover.search.quiet import is_quiet
 from mrctl.discover.verdict.worth import is_nothing
 from mrctl.identify.finish import damper_of, table_std
 from mrctl.identify.joint_fit import JointFit
 from mrctl.measurements.run import Campaign
 from mrctl.model.damper import Damper
-from mrctl.model.effects.base import Effect, Stage, Vector
+from mrctl.model.effects.base import Effect, Vector
 
 Array = NDArray[np.float64]
 Report = Callable[[float, str], None]
@@ -236,20 +238,32 @@ def _names(chosen: Sequence[Effect]) -> tuple[str, ...]:
 def _ready(
     evidence: Evidence, chosen: Sequence[Effect], values: Mapping[str, Vector]
 ) -> tuple[Evidence, JointFit | None]:
-    """The campaign as a model with all effects sees it, and that model where it had to tell the runs' pasts.
+    """The campaign as a model with all effects sees it, and that model; None where there are none.
 
     Without the noise of its motion, its steps timed, and its runs begun from the currents and the warmths
     that such a model finds.
     """
-    base = evidence.base()
-    fit = base.fit
+    base = model = evidence.base()
     for effect in chosen:
-        fit = grown_by(fit, effect, values.get(effect.name))
+        model = _grown(model, effect, values.get(effect.name), evidence)
+    fit = model.fit
     evidence = evidence.steadied(fit).zeroed(fit).synchronised(fit)
     evidence = evidence.timed(evidence.stepless(fit))
-    if all(e.stage not in (Stage.CURRENT, Stage.TEMPERATURE) for e in chosen):
+    if not chosen:
         return evidence, None
     model = prove(fitted_to(evidence.records, fit), evidence.folds)
     evidence, model = taken_anew.remembered(evidence, model)
     evidence, model = taken_anew.begun_warm(evidence, model, base)
     return evidence, model.fit
+
+
+def _grown(before: Proof, effect: Effect, values: Vector | None, evidence: Evidence) -> Proof:
+    """The model with one more effect, begun at values or wherever a search for just this one ends best.
+
+    No search is needed where one look leads to a model that leaves but white noise.
+    """
+    direct = prove(grown_by(before.fit, effect, values), evidence.folds)
+    if values is not None or is_quiet(direct):
+        return direct
+    found = [t.proof for t in search_level(before, [effect], evidence.folds).trials]
+    return settled(min((direct, *found), key=lambda one: one.mean_square), evidence.folds)
