@@ -29,6 +29,7 @@ FORESEEN = 0.6  # of what they take off held-out data and what is missed there t
 MANY_FOLDS = 4
 OVERHEAD = 1.1  # held-out over in-sample mean square of a sound model: what its own freedom costs
 AS_MUCH = 0.97  # of what the effects take, that one course takes without them, if it is seen beside them too
+MOSTLY, HALF = 0.6, 0.5  # of what the effects leave unsaid, and of what they take: that they stand in for
 AS_LITTLE = 1.03  # times what they leave, that it may leave, where they leave but noise
 NEARLY_AS_GOOD, MOST_OTHERS = 0.7, 2  # of the gain of an effect found, and how many such others are kept
 NAMING = ("found", "ambiguous")  # verdicts that name effects
@@ -85,7 +86,9 @@ def judged_by(
     if not found:
         cleared = cleared and not balance.bursts
     verdict, effects = _verdict(base, final, found, removable, cleared=cleared)
-    instead = stranger(base, final, stands, courses, beside, cleared=cleared) if found else None
+    little = cleared or balance.left < (1.0 - NEARLY_ALL) * removable
+    unsaid = np.inf if little else balance.left
+    instead = stranger(base, final, stands, courses, beside, unsaid, cleared=cleared) if found else None
     judged = Judged(final, stands, left, balance, found, removable, verdict, effects, courses, instead)
     return judged.unexplained() if instead is not None else judged
 
@@ -96,13 +99,16 @@ def stranger(
     stands: Sequence[tuple[Trial, Level]],
     alone: Sequence[Course],
     beside: Sequence[Course],
+    unsaid_n2: float = np.inf,
     *,
     cleared: bool = False,
 ) -> Course | None:
     """A course that no effect has, which says more of what is missing than the effects named; None if none.
 
     alone, beside: the courses of what the base leaves, and the final model. It takes more without the effects
-    than they do, and they have more parameters; or it is still seen beside them, and takes about as much.
+    than they do, and they have more parameters; or it is still seen beside them, and takes about as much; or
+    it is most of what they leave unsaid, and takes half as much as they do: they stand in for it.
+    unsaid_n2: the mean square that they leave over the noise, infinite where that is next to nothing.
     cleared: the effects leave but noise, so a course that leaves more is not better for its fewer parameters,
     or for where it takes it; of a large error, a course that takes nearly all may leave far more.
     """
@@ -110,6 +116,7 @@ def stranger(
     gain = log_gain(base, final)
     taken = base.mean_square - final.mean_square
     seen = {c.words for c in beside if c.certain and c.share > SEEN}
+    unsaid = {c.words for c in beside if c.certain and c.share * final.mean_square > MOSTLY * unsaid_n2}
     for course in alone:
         if not course.certain or course.alike & names:
             continue
@@ -117,7 +124,8 @@ def stranger(
         as_little = leaves < AS_LITTLE * final.mean_square
         as_much = as_little if cleared else course.share * base.mean_square > AS_MUCH * taken
         better = course.gain > gain + CLOSE_SCORE and (as_much or not cleared)
-        if better or (course.words in seen and as_much):
+        stood_in = course.words in unsaid and course.share * base.mean_square > HALF * taken
+        if better or stood_in or (course.words in seen and as_much):
             return course
     return None
 

@@ -147,6 +147,21 @@ def test_where_an_effect_leaves_but_noise_a_course_must_leave_as_little(share, w
     assert (found and found.words) == which
 
 
+@pytest.mark.parametrize(
+    ("share", "left", "unsaid_n2", "which"),
+    [
+        (0.5, 0.2, 3.0, "fades"),  # most of what is left unsaid, and more than half of what the effect takes
+        (0.4, 0.2, 3.0, None),
+        (0.5, 0.2, 4.0, None),
+        (0.5, 0.2, np.inf, None),  # next to nothing is left unsaid
+    ],
+)
+def test_an_effect_stands_in_for_the_course_that_it_leaves_unsaid(share, left, unsaid_n2, which):
+    alone, beside = course("fades", share, 700.0), (course("fades", left, 50.0),)
+    found = stranger(proof(100.0), proof(10.0), [(WARMTH, None)], [alone], beside, unsaid_n2)
+    assert (found and found.words) == which
+
+
 def test_bursts_are_no_noise():
     rng = np.random.default_rng(4)
     speeds = [np.sin(np.arange(4000) / 50.0)] * 5
