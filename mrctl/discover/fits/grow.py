@@ -157,7 +157,9 @@ def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> Joi
     All records count alike: those that fit badly without it are those that show it.
     """
     model = replace(fit.model, minimum_phase=True)
-    model.reweigh(fit.theta)
+    model.weigh_as(fit.model)
+    if np.ptp(model.noise_n) > 0.0:
+        model.reweigh(fit.theta)
     penalties = weighed_as(fit.penalties, model.penalties())
     lag = model.fit(fit.theta, penalties=penalties, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
     tangent = Tangent.of(lag)
