@@ -29,6 +29,7 @@ ELASTIC = (
     0.0,
     0.0,
 )  # its plastic part and its compliance hang on f
+CYCLE = 200  # samples
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,8 @@ def test_a_damper_makes_the_force_of_its_fit(low_gauge, campaign):
     assert max(map(abs, damper.static.shape)) == pytest.approx(1.0)
     for run, force in zip(campaign.runs, low_gauge.model.predict(low_gauge.theta), strict=True):
         # At another rate: f as it stood would be off by a tenth.
-        assert np.max(np.abs(modelled(damper, run) - force)) < 0.01 * np.max(np.abs(force))
+        apart = (modelled(damper, run) - force)[CYCLE:]  # begun as the measured force has it, not as the fit
+        assert np.max(np.abs(apart)) < 0.01 * np.max(np.abs(force))
 
 
 def test_what_creeps_alone_keeps_its_way(low_gauge):

@@ -154,11 +154,11 @@ def warmer(fit: JointFit) -> list[Array]:
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
     """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most.
 
-    All records count alike: those that fit badly without it are those that show it.
+    All records count alike in the look: those that fit badly without it are those that show it.
     """
     model = replace(fit.model, minimum_phase=True)
     model.weigh_as(fit.model)
-    if np.ptp(model.noise_n) > 0.0:
+    if values is None and np.ptp(model.noise_n) > 0.0:
         model.reweigh(fit.theta)
     penalties = weighed_as(fit.penalties, model.penalties())
     lag = model.fit(fit.theta, penalties=penalties, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
