@@ -93,6 +93,7 @@ def extend(
     were = (*known, *removed)
     others = {name: measured.sized(own) for name, own in (instead or {}).items()}
     if evidence is None:
+        report(0.0, ", ".join(_names((*were, *added))) or "base model")
         evidence, found = _ready(measured, (*were, *added), given)
         begin = found if begin is None else begin
     records = thinned(evidence.full)
