@@ -10,8 +10,8 @@ import numpy as np
 
 from mrctl.calibration import Calibration
 from mrctl.cli.apply import add_common_arguments, apply
-from mrctl.identify.pasts import currents_before, with_pasts
-from mrctl.identify.records import Record, refined_record
+from mrctl.identify.pasts import begun
+from mrctl.identify.records import Record
 from mrctl.measurements import Run
 from mrctl.measurements.run import FloatArray
 from mrctl.model.pipeline import ForwardPipeline
@@ -45,23 +45,19 @@ class _Forces:
 
     def __init__(self, calibration: Calibration, run: Run) -> None:
         self._damper = calibration.damper
-        fine = refined_record(run, self._damper.forward_filter.sample_rate_hz)
-        whole, before = fine, 0
-        if run.has_force:
-            [(whole, before)] = with_pasts([fine], self._forces_of, currents_before(self._damper))
-        self._whole, self._finer = whole, fine.finer
-        self._before = before
+        self._whole, self._before = begun(self._damper, run, self._forces_of)
+        whole = self._whole
         self._steps = self._stepped(whole, whole.driven_m_s if run.has_force else whole.velocity_m_s)
         self._made: list[float] = []
 
     def __call__(self, k: int) -> float:
         """The force in N at sample k, before any averaging."""
-        self._made += islice(self._steps, self._finer if k else self._before + 1)
+        self._made += islice(self._steps, self._whole.finer if k else self._before + 1)
         return self._made[-1]
 
     def finished(self) -> FloatArray:
         """All of them in N, averaged as the run's were."""
-        return self._whole.as_stored(np.array(self._made))[self._before :: self._finer]
+        return self._whole.as_stored(np.array(self._made))[self._before :: self._whole.finer]
 
     def _forces_of(self, records: list[Record]) -> list[FloatArray]:
         return [r.as_stored(np.array(list(self._stepped(r, r.driven_m_s)))) for r in records]

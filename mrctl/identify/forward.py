@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify.pasts import currents_before, with_pasts
-from mrctl.identify.records import Record, refined_record
+from mrctl.identify.pasts import begun
+from mrctl.identify.records import Record
 from mrctl.measurements.run import Run
 from mrctl.model.damper import Damper
 from mrctl.simulate import simulate
@@ -19,17 +19,14 @@ def modelled(damper: Damper, run: Run) -> Array:
 
     A run slower than the damper's filter goes through the model at a multiple of its rate: between samples
     there are reversals, and the filter cannot be carried down to its rate. Of the measured force only this is
-    asked: from where a run came, as it begins (`with_pasts`, Record.driven_m_s).
+    asked: from where a run came, as it begins (`begun`, Record.driven_m_s).
     """
-    fine = refined_record(run, damper.forward_filter.sample_rate_hz)
 
     def forces_of(records: list[Record]) -> list[Array]:
         return [_force_of(damper, record) for record in records]
 
-    whole, before = fine, 0
-    if run.has_force:
-        [(whole, before)] = with_pasts([fine], forces_of, currents_before(damper))
-    return _force_of(damper, whole)[before :: fine.finer]
+    whole, before = begun(damper, run, forces_of)
+    return _force_of(damper, whole)[before :: whole.finer]
 
 
 def _force_of(damper: Damper, record: Record) -> Array:

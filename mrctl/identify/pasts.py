@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.identify.records import Record
+from mrctl.identify.records import Record, refined_record
 from mrctl.measurements.pasts import PAST_S, Past, pasts_of
+from mrctl.measurements.run import Run
 from mrctl.model.damper import Damper
 from mrctl.model.effects.base import Stage
 from mrctl.model.effects.registry import effect
@@ -71,7 +72,19 @@ def _after(record: Record, past: Past) -> Record:
     )
 
 
-def currents_before(damper: Damper) -> tuple[float, ...]:
+def begun(damper: Damper, run: Run, forces_of: Callable[[list[Record]], list[Array]]) -> tuple[Record, int]:
+    """A run at the rate of a damper's filter, with what was before it, and how many samples that has.
+
+    forces_of: as `with_pasts` has it. Nothing is before a run without a force, which tells none.
+    """
+    fine = refined_record(run, damper.forward_filter.sample_rate_hz)
+    if not run.has_force:
+        return fine, 0
+    [told] = with_pasts([fine], forces_of, _currents_before(damper))
+    return told
+
+
+def _currents_before(damper: Damper) -> tuple[float, ...]:
     """The currents in A that a run's first may have come from: both ends, where the damper remembers them."""
     remembers = any(effect(e.name).stage is Stage.CURRENT for e in damper.effects)
     return (0.0, damper.current_max_a) if remembers else ()

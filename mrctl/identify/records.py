@@ -160,17 +160,8 @@ class Record:
 def records_of(runs: Iterable[Run]) -> list[Record]:
     """The runs that can be fitted: long enough, with force and current; in their order."""
     return [
-        Record(
-            number,
-            round(run.sample_rate_hz, 6),  # what a clock's rounding makes of one rate is one rate
-            run.velocity_m_s,
-            run.current_a,
-            run.temperature_c,
-            run.force_n,
-            run.displacement_m,
-            run.acceleration_m_s2,
-            averaged_s=run.averaged_s,
-        )
+        # What a clock's rounding makes of one rate is one rate.
+        replace(_record(number, run), rate_hz=round(run.sample_rate_hz, 6))
         for number, run in enumerate(map(as_it_moved, runs))
         if len(run) >= SHORTEST and run.has_force and run.has_current
     ]
@@ -178,18 +169,23 @@ def records_of(runs: Iterable[Run]) -> list[Record]:
 
 def refined_record(run: Run, least_hz: float) -> Record:
     """A whole run at a multiple of its rate, `least_hz` at least; without a force where the run has none."""
-    there = as_it_moved(run)
+    whole = _record(0, as_it_moved(run))
+    forced = replace(whole, force_n=np.nan_to_num(whole.force_n))
+    return forced.refined(refinement(run.sample_rate_hz, least_hz))
+
+
+def _record(number: int, run: Run) -> Record:
     return Record(
-        0,
+        number,
         run.sample_rate_hz,
-        there.velocity_m_s,
-        there.current_a,
-        there.temperature_c,
-        np.nan_to_num(there.force_n),
-        there.displacement_m,
-        there.acceleration_m_s2,
+        run.velocity_m_s,
+        run.current_a,
+        run.temperature_c,
+        run.force_n,
+        run.displacement_m,
+        run.acceleration_m_s2,
         averaged_s=run.averaged_s,
-    ).refined(refinement(run.sample_rate_hz, least_hz))
+    )
 
 
 def possible_rise_k(records: Iterable[Record]) -> float:

@@ -30,8 +30,7 @@ def is_filters(trial: Trial) -> bool:
 
 def filters_own_s(fit: JointFit) -> float:
     """The largest delay in s that a filter may hold itself: the records' sample times bear on it."""
-    sample_s = max(r.finer / r.rate_hz for r in fit.model.records)
-    return max(OWN_DELAY_S, OWN_SAMPLES * sample_s)
+    return max(OWN_DELAY_S, OWN_SAMPLES * _sample_s(fit))
 
 
 def with_hold(fit: JointFit, name: str, std: Vector) -> Vector:
@@ -42,8 +41,12 @@ def with_hold(fit: JointFit, name: str, std: Vector) -> Vector:
     """
     if name != NAME:
         return std
-    sample_s = max(r.finer / r.rate_hz for r in fit.model.records)
-    return (float(np.hypot(std[0], sample_s / np.sqrt(12.0))), *std[1:])
+    return (float(np.hypot(std[0], _sample_s(fit) / np.sqrt(12.0))), *std[1:])
+
+
+def _sample_s(fit: JointFit) -> float:
+    """The longest time between two samples that were measured."""
+    return max(r.finer / r.rate_hz for r in fit.model.records)
 
 
 def why_own(final: Proof, found: Sequence[str], known: Sequence[Effect]) -> dict[str, str]:
