@@ -54,8 +54,10 @@ class BatchForces:
         """The bare dampers at theta, for `linear`: those of all batches share what is dear."""
         return Dampers(self.layout, self.layout.unpack(theta[: self.layout.size]), self._kept)
 
-    def linear(self, theta: Array, number: int, dampers: Dampers) -> tuple[Array, base.Rows]:
-        """A batch's residual (blocks) and the force's slopes (m, blocks)."""
+    def linear(
+        self, theta: Array, number: int, dampers: Dampers, moves: NDArray[np.bool_] | None = None
+    ) -> tuple[Array, base.Rows]:
+        """A batch's residual (blocks) and the force's slopes (m, blocks); moves: as `linearise` has it."""
         batch = self.batches[number]
         if self.effects.size:
             trace, rows = slopes.linearise(
@@ -66,6 +68,7 @@ class BatchForces:
                 batch.factor,
                 self._traces[number],
                 picked=batch.picked,
+                moves=moves,
             )
             self._traces[number] = trace
             force = trace.force_n

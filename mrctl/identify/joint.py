@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,22 @@ class WeighedSlopes:
     roots: Array
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """Normal equations, and what they were asked for."""
+
+    theta: Array
+    free: NDArray[np.bool_]
+    weights: Array
+    normal: Normal
+
+    def is_of(self, theta: Array, free: NDArray[np.bool_], weights: Array) -> bool:
+        """Whether these are the ones."""
+        asked = (theta, free, weights)
+        known = (self.theta, self.free, self.weights)
+        return all(np.array_equal(one, other) for one, other in zip(asked, known, strict=True))
+
+
 @dataclass
 class JointModel:
     """Records under one layout, with effects; what the fit, the covariance and the diagnosis ask of them.
@@ -68,6 +84,7 @@ class JointModel:
     noise_n: Array = field(init=False, repr=False)
     _forces: BatchForces = field(init=False, repr=False)
     _slopes: list[WeighedSlopes] | None = field(init=False, repr=False, default=None)
+    _last: _Asked | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         self.batches = batches(self.layout, self.records, self.factor)
@@ -77,7 +94,7 @@ class JointModel:
 
     def __getstate__(self) -> dict[str, object]:
         """What goes to another process: all but what is made again when asked for."""
-        return {k: v for k, v in vars(self).items() if k not in {"inputs", "_forces", "_slopes"}}
+        return {k: v for k, v in vars(self).items() if k not in {"inputs", "_forces", "_slopes", "_last"}}
 
     def __setstate__(self, state: dict[str, object]) -> None:
         vars(self).update(state)
@@ -118,7 +135,7 @@ class JointModel:
     def forget(self) -> None:
         """Let go of the kept simulations and slopes; they are made again when asked for."""
         self._forces = BatchForces(self.layout, self.effects, self.batches)
-        self._slopes = None
+        self._slopes = self._last = None
 
     @property
     def size(self) -> int:
@@ -226,13 +243,21 @@ class JointModel:
             skip = self.settle_blocks(theta, record)
             yield rest[skip:], replace(rows, values=rows.values[:, skip:])
 
-    def normal(self, theta: Array) -> Normal:
-        """Weighted normal equations, batch by batch; slopes are kept for `bend` where they are not many."""
+    def normal(self, theta: Array, free: NDArray[np.bool_] | None = None) -> Normal:
+        """Weighted normal equations, batch by batch; slopes are kept for `bend` where they are not many.
+
+        free: which parameters move; what is asked of the effects' others is 0. Asked again, the last ones
+        are given: a fit often goes on where another stopped.
+        """
+        free = np.ones(self.size, dtype=bool) if free is None else free
+        if self._last is not None and self._last.is_of(theta, free, self.weights):
+            return self._last.normal
         dampers = self._forces.dampers(theta)
+        moves = free[self.layout.size :]
         keep = sum(b.force_n.size // b.factor for b in self.batches) * self.size <= MOST_KEPT
 
         def part(k: int) -> tuple[WeighedSlopes | None, NDArray[np.intp], Array, Array, float]:
-            rest, rows = self._forces.linear(theta, k, dampers)
+            rest, rows = self._forces.linear(theta, k, dampers, moves)
             roots = self.block_weights(self.batches[k], theta)
             rest, values = (self.told(self.batches[k], roots, x) for x in (rest, rows.values))
             kept = WeighedSlopes(rows.index, values, rest, roots) if keep else None
@@ -246,7 +271,9 @@ class JointModel:
             right[index] += own_right
             cost += own_cost
         self._slopes = [one for one in kept if one is not None] if keep else None
-        return Normal(matrix, right, cost)
+        made = Normal(matrix, right, cost)
+        self._last = _Asked(theta.copy(), free.copy(), self.weights.copy(), made)
+        return made
 
     def bend(self, theta: Array, step: Array) -> Array | None:
         """J'W F'' at the last normal equations' point: F'' is the forces' second derivative along a step."""
@@ -317,11 +344,13 @@ class JointModel:
         iterations: int = 8,
         tolerance: float = 0.0,
         on_round: Callable[[int, int], None] | None = None,
+        passing: bool = False,
     ) -> JointFit:
         """Fit from theta, in rounds: between them the evidence sets the penalties' and records' weights.
 
         free: which parameters move. tolerance: share of the cost that a step must win for another one.
-        With one round, weights stay as they are: fits so made can be compared by their cost.
+        With one round, weights stay as they are: fits so made can be compared by their cost. passing: only
+        the place that it comes to is wanted, and its cost; its normal equations are those of the step before.
         """
         penalties = self.penalties() if penalties is None else list(penalties)
         free = self.free() if free is None else free
@@ -336,7 +365,7 @@ class JointModel:
                 self.reweigh(theta, each=True)
             least = 0.1 if number == rounds - 1 else 0.5
             solution = solve(
-                self.normal,
+                partial(self.normal, free=free),
                 self.cost,
                 theta,
                 lower,
@@ -347,6 +376,7 @@ class JointModel:
                 tolerance=least,
                 share=tolerance,
                 bend=self.bend,
+                passing=passing,
             )
             theta = solution.theta
             if number < rounds - 1:

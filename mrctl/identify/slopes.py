@@ -7,7 +7,7 @@ stages behind the parameter that moved.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,12 @@ def linearise(
     like: Trace | None,
     *,
     picked: bool = False,
+    moves: NDArray[np.bool_] | None = None,
 ) -> tuple[Trace, base.Rows]:
-    """The run's trace, and the force's slopes by all parameters, of each `factor` samples what is weighed."""
+    """The run's trace, and the force's slopes by all parameters, of each `factor` samples what is weighed.
+
+    moves: which of the effects' parameters do; those by the others are 0.
+    """
     layout, t = dampers.layout, dampers.tables
     settings = effects.settings(theta)
     here = dampers.traced(run, settings, like)
@@ -94,7 +98,9 @@ def linearise(
             run, np.concatenate([layout.pack(t), theta]), rows.index,
             lambda: _differences(run, layout, t, settings, here, weighed, rows.index),
         )  # fmt: skip
-    _own_slopes(run, dampers, effects, theta, here, weighed, rows.values[own:])
+    rows.values[own:] = 0.0
+    asked = range(effects.size) if moves is None else np.flatnonzero(moves)
+    _own_slopes(run, dampers, effects, theta, asked, here, weighed, rows.values[own:])
     return here, base.Rows(rows.values, np.concatenate([rows.index, layout.size + np.arange(effects.size)]))
 
 
@@ -153,13 +159,14 @@ def _own_slopes(
     dampers: Dampers,
     effects: Effects,
     theta: Array,
+    asked: Iterable[int],
     here: Trace,
     weighed: Callable[[Array], Array],
     rows: Array,
 ) -> None:
-    """Differences of the force by each effect parameter, away from the nearer bound, into `rows`."""
+    """Differences of the force by the parameters asked for, away from the nearer bound, into `rows`."""
     _, upper = effects.bounds()
-    for k in range(effects.size):
+    for k in asked:
         small = SLOPE_STEP if theta[k] + SLOPE_STEP <= upper[k] else -SLOPE_STEP
         moved = theta.copy()
         moved[k] += small

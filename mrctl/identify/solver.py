@@ -58,13 +58,15 @@ def solve(
     tolerance: float = 1e-4,
     share: float = 0.0,
     bend: Callable[[Array, Array], Array | None] = lambda _theta, _step: None,
+    passing: bool = False,
 ) -> Solution:
     """Minimise cost plus penalties within bounds; `tolerance` is the decrease, in cost units, worth a step.
 
     The cost is a negative log-likelihood, so a decrease of 1e-4 is far inside every interval.
     share: of the cost where it is, that a decrease has to be as well: a start from afar must not tell.
     bend: at the point of the last normal equations, J'W F'' for the forces' second derivative along a step;
-    None where it is not known.
+    None where it is not known. passing: the fit goes on from where this one stops, if at all, so the normal
+    equations there are not made; those of the point before stand for them.
     """
     free = np.ones(theta.size, dtype=bool) if free is None else free
     theta = np.clip(theta, lower, upper)
@@ -112,9 +114,10 @@ def solve(
         small = small + 1 if gain < least else 0
         full_step = damping <= FULL_STEP
         damping = max(damping / 10.0, 1e-10)
-        system = normal(theta)
-        if small and (full_step or small >= PATIENCE):
-            converged = True
+        converged = bool(small) and (full_step or small >= PATIENCE)
+        if not (passing and (converged or done == iterations)):
+            system = normal(theta)
+        if converged:
             break
     return Solution(theta, system, done, converged, held, last_gain)
 

@@ -41,8 +41,9 @@ def stretched(
     most = FULL / full if full > 0.0 else math.inf
     z = min(max(before, -most), most)
     flow = _flowing(full, min(max(shape_before, -most), most))
-    more = _flowing(full, min(max(shape, -most), most)) - flow
-    way = 0.5 * (way_before * _ease(full, shape_before) + way * _ease(full, shape))
+    flow_there = _flowing(full, min(max(shape, -most), most))
+    more = flow_there - flow
+    way = 0.5 * (way_before * _ease(full, shape_before, flow) + way * _ease(full, shape, flow_there))
     steep = 1.0 / (1.0 - (full * z) ** 2)
     part = way * steep
     mean = -math.expm1(-part) / part if part > 1e-6 else 1.0 - 0.5 * part
@@ -56,12 +57,11 @@ def _flowing(full: float, z: float) -> float:
     return math.atanh(full * z) / full if full > 0.0 else z
 
 
-def _ease(full: float, shape: float) -> float:
+def _ease(full: float, shape: float, flow: float) -> float:
     """What a pace is multiplied by, for how freely it flows: its shape over what flows there."""
-    if full <= 0.0:
-        return 1.0
-    size = max(abs(shape), SMALLEST_SHAPE)
-    return full * size / math.atanh(min(full * size, FULL))
+    if abs(shape) >= SMALLEST_SHAPE:
+        return abs(shape / flow)
+    return SMALLEST_SHAPE / _flowing(full, SMALLEST_SHAPE)
 
 
 def saturated(before: float, length_m: float, way_m: float) -> float:

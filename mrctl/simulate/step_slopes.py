@@ -132,8 +132,10 @@ def _step_slopes(
     sizes = [*(_size(signals[q]) for q in of), *np.where(largest > 0.0, largest, 1.0)]
     small = np.maximum(STEP * np.array(sizes), LEAST)
     first = [(initial(q, by).reshape(states.shape) - states) / by for q, by in zip(of, small, strict=False)]
-    by = np.empty((signals[0].size, 1 + size, 2 + size))
-    compiled(loops.slopes, call, f"{effect.name}_slopes")(p, states, *along, np.array(of), small, by)
+    idle = () if effect.idle is None else effect.idle(p)
+    asked = np.array([0, 1, *(2 + k for k in range(size) if k not in idle)])
+    by = np.zeros((signals[0].size, 1 + size, 2 + size))
+    compiled(loops.slopes, call, f"{effect.name}_slopes")(p, states, *along, np.array(of), small, asked, by)
     return by, np.stack(first, axis=-1)
 
 

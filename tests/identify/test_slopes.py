@@ -71,3 +71,26 @@ def _check(model, names, values):
         want, have = np.concatenate(want), np.concatenate(have)
         nothing = NOTHING_N if k < joint.layout.size else ROUNDING_N / STEP
         assert np.sqrt(np.mean((want - have) ** 2)) <= ALIKE * np.sqrt(np.mean(want**2)) + nothing, k
+
+
+def test_normal_equations_are_asked_once_at_a_place_and_of_what_moves(model, monkeypatch):
+    chosen = Effects((effects()["preyield_stiffness"],))
+    joint = model.model.with_effects(chosen)
+    theta = np.concatenate([model.theta, chosen.pack({})])
+    free = joint.free()
+    free[joint.layout.size + 3 :] = False
+    whole, some = joint.normal(theta), joint.normal(theta, free)
+    move = np.ix_(free, free)
+    assert some.matrix[move] == pytest.approx(whole.matrix[move], rel=1e-12)
+    assert some.right[free] == pytest.approx(whole.right[free], rel=1e-12)
+    assert np.any(whole.matrix[~free])
+    assert not np.any(some.matrix[~free])
+
+    def unasked(*_):
+        raise AssertionError("slopes were asked for again")
+
+    monkeypatch.setattr(joint._forces, "linear", unasked)
+    assert joint.normal(theta.copy(), free.copy()) is some
+    joint.weights = 2.0 * joint.weights
+    with pytest.raises(AssertionError, match="asked for again"):
+        joint.normal(theta, free)

@@ -78,3 +78,20 @@ def test_slopes_that_rounding_made_parallel_still_give_a_step():
     assert rows.T @ step == pytest.approx(
         rows.T @ np.linalg.lstsq(rows.T, np.array([1.0, 1.0, 1.0]), rcond=1e-6)[0], abs=1e-3
     )
+
+
+def test_a_fit_that_goes_on_elsewhere_asks_for_no_slopes_where_it_stops():
+    valley, asked = Valley(), []
+
+    def normal(theta):
+        asked.append(theta.copy())
+        return valley.normal(theta)
+
+    start = np.array([-1.9, 2.0])
+    given = {"iterations": 4, "tolerance": 1e-12}
+    whole = solve(normal, valley.cost, start, -FAR, FAR, [], **given)
+    slopes_at, asked = asked, []
+    passing = solve(normal, valley.cost, start, -FAR, FAR, [], passing=True, **given)
+    assert np.array_equal(passing.theta, whole.theta)
+    assert np.array_equal(slopes_at[-1], whole.theta)
+    assert np.array_equal(asked, slopes_at[:-1])

@@ -1,12 +1,14 @@
 """Changes carried through the yield stage are those that the stage itself makes of a small step."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from effects.equations import TABLES
 
 from mrctl.model.effects.registry import effects
 from mrctl.simulate.stages import yielding
-from mrctl.simulate.step_slopes import yield_slopes
+from mrctl.simulate.step_slopes import limit_slopes, yield_slopes
 
 N, DT_S = 3000, 1e-3
 STARTS = np.array([0, 1100, N])
@@ -48,3 +50,38 @@ def test_a_change_behind_the_stage_is_that_of_a_small_step(p, times):
 def test_without_an_effect_changes_go_through_as_they_are():
     rows = np.ones((2, N))
     assert yield_slopes([], (FORCE, V, X, LEVEL), TABLES, DT_S, STARTS, rows, rows[:1]) is rows
+
+
+@pytest.mark.parametrize(
+    "p",
+    [
+        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.8),
+        (1e-3, 0.0, 0.0, 0.0, 0.3, 0.2, 0.3, 0.0, 0.0, 0.0),
+        (2e-4, 3e-7, 0.0, 0.7, 0.0, 0.0, 0.0, 0.2, 0.7, 0.0),
+    ],
+    ids=["a spring in series", "plastic", "held"],
+)
+def test_states_that_are_idle_move_nothing(p):
+    effect = effects()["preyield_stiffness"]
+    assert effect.idle(p)
+    rows = np.stack([50.0 * np.cos(5.0 * T) * FORCE / LEVEL, LEVEL / np.cosh(V / 0.03)])
+    given = (FORCE, V, X, LEVEL), TABLES, DT_S, STARTS, rows, 50.0 * np.cos(5.0 * T)[None]
+    known, whole = (yield_slopes([(one, p)], *given) for one in (effect, replace(effect, idle=None)))
+    assert np.array_equal(known, whole)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.5])
+@pytest.mark.parametrize("held", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("lag_s", [0.0, 2e-3])
+def test_states_of_a_cavity_that_are_idle_move_nothing(loss, held, lag_s):
+    effect = effects()["cavitation"]
+    given = {"limit_n": 600.0, "knee_n": 50.0, "loss": loss, "closing_m": 1e-3, "held": held, "lag_s": lag_s}
+    p = effect.vector(given)
+    rows = np.stack([50.0 * np.cos(5.0 * T) * FORCE / LEVEL, LEVEL / np.cosh(V / 0.03)])
+    signals = FORCE, V, X, np.full(N, 25.0), FORCE, LEVEL
+    known, whole = (
+        limit_slopes([(one, p)], signals, TABLES, DT_S, STARTS, rows, rows)
+        for one in (effect, replace(effect, idle=None))
+    )
+    assert np.array_equal(known, whole)
+    assert not np.array_equal(known, rows)

@@ -77,21 +77,14 @@ def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
     stages = {e.stage for e in model.effects.chosen}
     if not stages >= DEAR_TOGETHER:
         beside = np.concatenate([fit.moving, np.zeros(own.size, dtype=bool)])
-        settled = [heat(starts[1], free=beside, iterations=HEAT, tolerance=HEAT_TOLERANCE).theta]
+        heated = partial(heat, free=beside, iterations=HEAT, tolerance=HEAT_TOLERANCE, passing=True)
+        settled = [heated(starts[1]).theta]
         if effect.stage in _WINDING:
             points = [alone.pack({effect.name: p}) for p in effect.starting_points(ranges_of(model.records))]
             again += [np.concatenate([fit.theta, point]) for point in points]
             if effect.stage is Stage.TEMPERATURE:
                 cold = without_temperature(fit)
-                settled += [
-                    heat(
-                        np.concatenate([cold, point]),
-                        free=beside,
-                        iterations=HEAT,
-                        tolerance=HEAT_TOLERANCE,
-                    ).theta
-                    for point in points
-                ]
+                settled += [heated(np.concatenate([cold, point])).theta for point in points]
     if effect.stage is Stage.OUTPUT and effect.parameters[0].unit == "s":
         settled += [
             np.concatenate([theta, alone.pack({effect.name: own})])
@@ -107,9 +100,10 @@ def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, V
     A filter that has to make up for a delay with lags goes where no small step leads back from.
     """
     model = free_to_be_late(few)
-    free, found = fit.moving, []
+    fitted = partial(model.fit, penalties=fit.penalties, free=fit.moving, rounds=1, passing=True)
+    found = []
     for theta in (fit.theta, with_plain_lag(model, fit.theta)):
-        late = model.fit(theta, penalties=fit.penalties, free=free, rounds=1, iterations=2 * HEAT)
+        late = fitted(theta, iterations=2 * HEAT)
         begin, delay_s = with_late_split(model, late.theta)
         if delay_s > 0.0:
             high = effect.parameters[0].high

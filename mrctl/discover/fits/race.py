@@ -31,7 +31,8 @@ def raced(
     data. Where the choice was wrong, and another place costs less than the fit, that is where it begins anew.
     known: as `pursued` has it. more: times that starts which may still become the best are heated on.
     """
-    heats = _heated(starts, partial(heat, iterations=HEAT, tolerance=HEAT_TOLERANCE), more)
+    further = partial(heat, iterations=HEAT, tolerance=HEAT_TOLERANCE, passing=True)
+    heats = _heated(starts, further, more)
     best = min(heats, key=lambda one: one.total)
     fit = pursued(fitted, best.theta, iterations, known)
     costs = [(cost(theta), theta) for theta in (*starts, *(one.theta for one in heats if one is not best))]

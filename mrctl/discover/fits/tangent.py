@@ -62,6 +62,7 @@ class Tangent:
             free=fit.moving,
             iterations=HEAT,
             tolerance=HEAT_TOLERANCE,
+            passing=True,
         ).total
 
     def _forgets(self, beside: Effect) -> bool:

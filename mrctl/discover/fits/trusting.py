@@ -43,7 +43,7 @@ def fitted_trusting(
     free: NDArray[np.bool_] | None = None,
     tolerance: float = TOLERANCE,
 ) -> JointFit:
-    """A fit from theta in which the weighed samples of each record count as much as is trusted.
+    """Where a fit from theta ends in which the weighed samples of each record count as much as is trusted.
 
     trust: square roots of the samples' weights, 0 to 1, (n) for each record. free: which parameters move.
     tolerance: share of the cost that another step must win.
@@ -59,7 +59,13 @@ def fitted_trusting(
     )
     trusting.weigh_as(model)
     return trusting.fit(
-        theta, penalties=fit.penalties, free=free, rounds=1, iterations=iterations, tolerance=tolerance
+        theta,
+        penalties=fit.penalties,
+        free=free,
+        rounds=1,
+        iterations=iterations,
+        tolerance=tolerance,
+        passing=True,
     )
 
 

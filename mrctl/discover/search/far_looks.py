@@ -122,6 +122,7 @@ def _heat(
         free=np.concatenate([fit.moving, own]),
         iterations=iterations,
         tolerance=tolerance,
+        passing=True,
     )
 
 

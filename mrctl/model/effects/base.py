@@ -35,7 +35,7 @@ On the vehicle a driver holds it: `held` is then the step with it, in which `und
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
@@ -263,6 +263,8 @@ class Effect:
     inverse_note: str  # how exactly, or what it costs that it is not undone
     start: Start | None = None  # None: the effect has no state
     states: tuple[str, ...] = ()  # what the state holds, in words
+    # Places of states on which nothing hangs at these parameters: a fit takes no slopes by them.
+    idle: Callable[[Vector], Collection[int]] | None = None
     needs: frozenset[str] = frozenset()
     undo: Step | None = None  # step's arguments, its input replaced by the wanted output; gives the input
     guesses: Callable[[Ranges], Sequence[Vector]] | None = None  # starting points other than typical

@@ -170,6 +170,13 @@ def start(
     return [0.0, 0.0, taken_n, taken_n, *state[4:]]
 
 
+def _idle(p: Vector) -> list[int]:
+    """What the part that bends, the part that is held, or the lag would need, where they are not there."""
+    of_bent = [] if p[7] < 1.0 and p[2] > 0.0 else [0, 4]
+    of_held = [] if p[7] > 0.0 else [1, 5, 6]
+    return [*of_bent, *of_held, *([] if p[LAG] > 0.0 else [2, 3])]
+
+
 def _guesses(ranges: Ranges) -> list[Vector]:
     # Where it cavitates, the limit is about the largest compression force seen.
     most = ranges.compression_force_n or ranges.force_n
@@ -353,6 +360,7 @@ EFFECT = Effect(
     inverse_note="No current lifts the limit: wishes beyond it fall short by what exceeds it.",
     guesses=_guesses,
     far=_far,
+    idle=_idle,
     start=start,
     states=(
         "cavity, m",

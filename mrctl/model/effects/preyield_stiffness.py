@@ -78,6 +78,13 @@ def start(
     return [yielding, yielding, sign, sign, sign, level_n, pace, per_shape, velocity_m_s]
 
 
+def _idle(p: Vector) -> list[int]:
+    """What the part that creeps, those beside it, or a new field would need, where they are not there."""
+    of_creep = [] if p[3] > 0.0 else [0, 1, 6, 7]
+    of_plastic = [] if p[4] > 0.0 else [2, 3, 4, 8]
+    return [*of_creep, *of_plastic, *([] if p[8] > 0.0 else [5])]
+
+
 def undo(
     p: Sequence[float],
     s: MutableSequence[float],
@@ -289,6 +296,7 @@ EFFECT = Effect(
         "speed over shape, where that is not next to nothing, m/s",
         "velocity of the sample before, m/s",
     ),
+    idle=_idle,
     undo=undo,
     guesses=_guesses,
     far=_far,
