@@ -15,7 +15,7 @@ from mrctl.model.static import StaticTables
 from mrctl.simulate import Trace, loops, stages
 from mrctl.simulate.carried import carried, heard
 from mrctl.simulate.compiled import compiled
-from mrctl.simulate.step_slopes import additive_slopes
+from mrctl.simulate.step_slopes import additive_slopes, yield_slopes
 
 Array = NDArray[np.float64]
 Rows = tuple[Array, Array | float, Array | float]  # (m, n // factor) each, or 0 where nothing moves
@@ -63,14 +63,15 @@ class Motion:
             static * (factors(v, x + dx) - factors(v, x - dx)) / (2.0 * dx),
         )
 
-    def of_tables(self, bare: Array, gain: Array, factor: int) -> Rows:
-        """Slopes of the static force, of what comes beside the filter, and on the rod.
+    def of_tables(self, bare: Array, level: Array, gain: Array, factor: int) -> Rows:
+        """Slopes of what goes into H, of what comes beside it, and on the rod.
 
-        bare (m, n): those of f g h at a given velocity; gain (n): what effects multiply it by.
+        bare (m, n): those of f g h at a given velocity, of which the first ones come with those of f h, level
+        (l, n); gain (n): what effects multiply f g h by.
         """
         lagged = bare.copy()
         filtering.filter_rows(*self._lag(self.filter), lagged, self.here.run.starts)
-        return self._rows(bare, lagged, gain, factor)
+        return self._rows(bare, level, lagged, gain, factor)
 
     def of_filter(self, factor: int) -> Rows:
         """The same by H's own parameters, for the motion's sake alone."""
@@ -81,7 +82,7 @@ class Motion:
         for k, step in enumerate(SLOPE_STEP * np.eye(self.filter.size)):
             rows[k] = filtering.filtered(*self._lag(self.filter + step), static, run.starts) - lagged
         rows /= SLOPE_STEP
-        return self._rows(np.zeros_like(rows), rows, np.zeros(run.size), factor)
+        return self._rows(np.zeros_like(rows), None, rows, np.zeros(run.size), factor)
 
     def _lag_inside(self, filter_: Array) -> Coefficients:
         """That of the force which the motion gives way to."""
@@ -92,11 +93,13 @@ class Motion:
         b0, b1, b2, b3, *a = self._lag_inside(filter_)
         return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
 
-    def _rows(self, static: Array, lagged_n: Array, gain: Array, factor: int) -> Rows:
+    def _rows(self, static: Array, level: Array | None, lagged_n: Array, gain: Array, factor: int) -> Rows:
         by_way, first = self._way
         run, here = self.here.run, self.here
+        bent = self.settings[Stage.YIELD]
         added, rod = self.settings[Stage.ADDITIVE], self.settings[Stage.ROD]
-        count = 3 if added or rod else 1  # outputs: the force, and the motion itself where more hangs on it
+        # Outputs: the force, and the motion itself where more hangs on it.
+        count = 3 if bent or added or rod else 1
         states = first.shape[1]
         by = np.zeros((run.size, count + states, 2 + states))
         rest = [0, *range(2, 2 + states)]  # of what goes in, all but the static force
@@ -106,6 +109,9 @@ class Motion:
         if count == 1:
             return carried(by, first, run.starts, lagged_n, static, factor)[0], 0.0, 0.0
         force, v, x = carried(by, first, run.starts, lagged_n, static)
+        if bent:
+            moved = here.static_n, here.velocity_m_s, here.displacement_m, here.level_n
+            force = yield_slopes(bent, moved, self.tables, run.dt_s, run.starts, force, level, (v, x))
         rest_of = run.acceleration_m_s2, here.current_a, here.temperature_c
         signals = here.velocity_m_s, here.displacement_m, *rest_of
         beside, on_rod = (

@@ -59,7 +59,7 @@ def linearise(
     v, x = mean(here.velocity_m_s), mean(here.displacement_m)
     bends = _gives_way(settings)
     by_differences = settings[Stage.MOTION] and not bends
-    if settings[Stage.YIELD] and not by_differences:
+    if settings[Stage.YIELD] and not (by_differences or bends):
         level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), inner)
         signals = mean(here.static_n), v, x, mean(here.level_n)
         slopes.static[:] = yield_slopes(
@@ -68,8 +68,9 @@ def linearise(
     rod: Array | None = None
     if bends:
         bare = base.slope_rows(inputs, layout, t).static
+        level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size))
         by_motion = Motion.of(dampers.static(run), here, settings, t.filter)
-        slopes.static[:], beside, on_rod = by_motion.of_tables(bare, gain, inner)
+        slopes.static[:], beside, on_rod = by_motion.of_tables(bare, level_rows, gain, inner)
         bent, bent_beside, bent_on_rod = by_motion.of_filter(inner)
     coarse = hysteresis.discretise(t.filter, 1.0 / dt)
     before = slopes.static.copy() if settings[Stage.LIMIT] else None
@@ -175,6 +176,6 @@ def _own_slopes(
 
 
 def _gives_way(settings: Settings) -> bool:
-    """Whether the motion's slopes are known: one effect tells them, and none bends them after it."""
+    """Whether the motion's slopes are known: one effect tells them."""
     motion = settings[Stage.MOTION]
-    return len(motion) == 1 and motion[0][0].gives_way is not None and not settings[Stage.YIELD]
+    return len(motion) == 1 and motion[0][0].gives_way is not None

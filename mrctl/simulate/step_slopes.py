@@ -19,7 +19,7 @@ from mrctl.simulate.compiled import compiled, divided
 from mrctl.simulate.run import Array, Ints
 from mrctl.simulate.stages import Chosen, array_tables, limited, yielding
 
-STEP = 1e-6  # of the RMS of a signal, and of a state's largest value; ...
+STEP = 1e-7  # of the RMS of a signal, and of a state's largest value; ...
 LEAST = 1e-9  # ... but no less than this: in what stands still a difference would be rounding
 
 
@@ -30,17 +30,22 @@ def yield_slopes(
     dt_s: float,
     starts: Ints,
     rows: Array,
-    level_rows: Array,
+    level_rows: Array | None,
+    motion_rows: tuple[Array, Array] | None = None,
 ) -> Array:
     """The changes of the force (m, n) behind the yield stage.
 
     chosen: its effects; signals: force, velocity, displacement and level, (n) each; rows (m, n): the changes
-    of the force before it, of which the first ones, as many as level_rows (l, n), come with one of the level.
+    of the force before it, of which the first ones, as many as level_rows (l, n), come with one of the level;
+    motion_rows: the changes of velocity and displacement that come with them, (m, n) each, if any do.
     """
+    rest = tables, dt_s
     for place, (effect, p) in enumerate(chosen):
         if place:
             signals = yielding([chosen[place - 1]], *signals, dt_s, starts), *signals[1:]
-        rows = _through(effect, p, signals, (0, 3), (tables, dt_s), starts, rows, level_rows)
+        rows = _through(effect, p, signals, (0, 3), rest, starts, rows, level_rows)
+        if motion_rows is not None:
+            rows += _through(effect, p, signals, (1, 2), rest, starts, *motion_rows)
     return rows
 
 

@@ -36,6 +36,8 @@ def model():
         ("mount_compliance", "coulomb_friction"),
         ("mount_compliance", "gas_spring", "rebound_asymmetry", "sensor_delay"),
         ("preyield_stiffness",),
+        ("mount_compliance", "preyield_stiffness"),
+        ("mount_compliance", "preyield_stiffness", "stroke_dependent_damping", "gas_spring", "end_stop"),
         ("current_lag", "stroke_dependent_damping"),
         ("cavitation", "self_heating"),
         ("magnetic_hysteresis", "off_state_backbone", "end_stop"),
@@ -47,6 +49,18 @@ def test_slopes_are_what_a_small_step_does(model, names):
 
 def test_slopes_behind_a_mount_that_hardens_and_carries_part_of_the_lag_are_as_well(model):
     _check(model, ("mount_compliance", "gas_spring"), {"mount_compliance": (1e-6, 1e3, 5e5, 0.4)})
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        (5e-4, 1e-7, 0.5, 0.7, 0.1, 0.3, 0.3, 0.1, 0.5, 0.0),
+        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.8),
+    ],
+    ids=["all of it", "a knee"],
+)
+def test_slopes_of_what_stretches_behind_a_mount_are_as_well(model, values):
+    _check(model, ("mount_compliance", "preyield_stiffness"), {"preyield_stiffness": values})
 
 
 def _check(model, names, values):
