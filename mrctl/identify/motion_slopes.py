@@ -15,7 +15,7 @@ from mrctl.model.static import StaticTables
 from mrctl.simulate import Trace, loops, stages
 from mrctl.simulate.carried import carried, heard
 from mrctl.simulate.compiled import compiled
-from mrctl.simulate.step_slopes import additive_slopes, yield_slopes
+from mrctl.simulate.step_slopes import StepSlopes, additive_slopes, yield_chain, yield_slopes
 
 Array = NDArray[np.float64]
 Rows = tuple[Array, Array | float, Array | float]  # (m, n // factor) each, or 0 where nothing moves
@@ -96,10 +96,9 @@ class Motion:
     def _rows(self, static: Array, level: Array | None, lagged_n: Array, gain: Array, factor: int) -> Rows:
         by_way, first = self._way
         run, here = self.here.run, self.here
-        bent = self.settings[Stage.YIELD]
         added, rod = self.settings[Stage.ADDITIVE], self.settings[Stage.ROD]
         # Outputs: the force, and the motion itself where more hangs on it.
-        count = 3 if bent or added or rod else 1
+        count = 3 if self.settings[Stage.YIELD] or added or rod else 1
         states = first.shape[1]
         by = np.zeros((run.size, count + states, 2 + states))
         rest = [0, *range(2, 2 + states)]  # of what goes in, all but the static force
@@ -109,9 +108,7 @@ class Motion:
         if count == 1:
             return carried(by, first, run.starts, lagged_n, static, factor)[0], 0.0, 0.0
         force, v, x = carried(by, first, run.starts, lagged_n, static)
-        if bent:
-            moved = here.static_n, here.velocity_m_s, here.displacement_m, here.level_n
-            force = yield_slopes(bent, moved, self.tables, run.dt_s, run.starts, force, level, (v, x))
+        force = yield_slopes(self._yielding, force, level, (v, x))
         rest_of = run.acceleration_m_s2, here.current_a, here.temperature_c
         signals = here.velocity_m_s, here.displacement_m, *rest_of
         beside, on_rod = (
@@ -121,6 +118,13 @@ class Motion:
             for chosen in (added, rod)
         )
         return base.averaged(force, factor), beside, on_rod
+
+    @cached_property
+    def _yielding(self) -> list[StepSlopes]:
+        """How what goes into H moves with the static force, the motion and f h."""
+        here, chosen = self.here, self.settings[Stage.YIELD]
+        signals = here.static_n, here.velocity_m_s, here.displacement_m, here.level_n
+        return yield_chain(chosen, signals, self.tables, here.run.dt_s, here.run.starts, (0, 1, 2, 3))
 
     @cached_property
     def _way(self) -> tuple[Array, Array]:
@@ -133,9 +137,8 @@ class Motion:
         by = np.empty((run.size, 2 + states, 1 + states))
         loop = compiled(loops.way_slopes, step, f"{effect.name}_way")
         loop(p, self.damping_n_s_m, given_m, self._lag_inside(self.filter), run.dt_s, by)
-        firsts = np.zeros((run.starts.size - 1, states, 2))
-        firsts[:, :, 0] = first
-        return heard(by, firsts, inputs=1)
+        by, first = heard(by, first[:, :, None], (0,))
+        return by, np.pad(first, ((0, 0), (0, 0), (0, 1)))  # the static force moves none of them
 
     @property
     def _giving_way(self) -> tuple[Effect, Vector, GivesWay]:

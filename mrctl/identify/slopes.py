@@ -20,7 +20,7 @@ from mrctl.model.effects.base import Settings, Stage
 from mrctl.model.static import StaticTables
 from mrctl.simulate import Run, Trace
 from mrctl.simulate.output_slopes import output_slopes
-from mrctl.simulate.step_slopes import limit_slopes, yield_slopes
+from mrctl.simulate.step_slopes import limit_slopes, yield_chain, yield_slopes
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -62,9 +62,8 @@ def linearise(
     if settings[Stage.YIELD] and not (by_differences or bends):
         level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), inner)
         signals = mean(here.static_n), v, x, mean(here.level_n)
-        slopes.static[:] = yield_slopes(
-            settings[Stage.YIELD], signals, dampers.static(run), dt, starts, slopes.static, level_rows
-        )
+        chain = yield_chain(settings[Stage.YIELD], signals, dampers.static(run), dt, starts)
+        slopes.static[:] = yield_slopes(chain, slopes.static, level_rows)
     rod: Array | None = None
     if bends:
         bare = base.slope_rows(inputs, layout, t).static

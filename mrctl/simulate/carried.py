@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from mrctl.simulate import loops
 from mrctl.simulate.compiled import compiled
@@ -29,19 +32,31 @@ def carried(
     return out
 
 
-def heard(by: Array, first: Array, inputs: int = 2) -> tuple[Array, Array]:
-    """`by` and `first` without the states that no change moves, or that no output hears of."""
-    size = first.shape[1]
+def touching(by: Array) -> NDArray[np.bool_]:
+    """Which of outputs and states hang on which of inputs and states anywhere (o + k, i + k)."""
+    return np.asarray(np.any(by != 0.0, axis=0))
+
+
+def heard(
+    by: Array, first: Array, of: Sequence[int] = (0, 1), touches: NDArray[np.bool_] | None = None
+) -> tuple[Array, Array]:
+    """`by` and `first` by some of their inputs, without states that these do not move or no output hears of.
+
+    by (n, o + k, i + k), first (m, k, i), of: the places of those inputs; touches: `touching`, where known.
+    """
+    size, inputs = first.shape[1], first.shape[2]
     outputs = by.shape[1] - size
-    touches = np.any(by != 0.0, axis=0)
+    there = list(of)
+    touches = touching(by) if touches is None else touches
     each = touches[outputs:, inputs:] | np.eye(size, dtype=bool)  # state by state
-    moved = touches[outputs:, :inputs].any(axis=1) | np.any(first != 0.0, axis=(0, 2))
+    moved = touches[outputs:, there].any(axis=1) | np.any(first[:, :, there] != 0.0, axis=(0, 2))
     told = touches[:outputs, inputs:].any(axis=0)
     for _ in range(size):
         moved, told = each @ moved, each.T @ told
     keep = np.flatnonzero(moved & told)
-    if keep.size == size:
+    if keep.size == size and there == list(range(inputs)):
         return by, first
     rows = np.concatenate([np.arange(outputs), outputs + keep])
-    columns = np.concatenate([np.arange(inputs), inputs + keep])
-    return np.ascontiguousarray(by[:, rows[:, None], columns]), np.ascontiguousarray(first[:, keep])
+    columns = np.concatenate([there, inputs + keep])
+    known = first[:, keep[:, None], there]
+    return np.ascontiguousarray(by[:, rows[:, None], columns]), np.ascontiguousarray(known)

@@ -225,13 +225,13 @@ def slopes(call: Step) -> Step:
     """The loop over how a step moves, by differences along its own path.
 
     `call` is one of CALLS, `signals` (q, n) what it takes. `small` (w + k) are the differences of the
-    signals `of` (w) and of each of the k states in `s` (m, k), `asked` those that are taken; `out`
-    (n, 1 + k, w + k): how the step's force, and each state that it leaves, move with each of them.
+    signals `of` (w) and of k of the states in `s` (m, r), those `asked` for (k); `out` (n, 1 + k, w + k): how
+    the step's force, and each of those states that it leaves, move with each of them.
     """
 
     def loop(
         p: P, s: Array, starts: Ints, signals: Array, tables: StaticTables, dt_s: float, of: Ints,
-        small: Array, asked: Ints, out: Array,
+        asked: Ints, small: Array, out: Array,
     ) -> None:  # fmt: skip
         t = borrowed(tables)
         before, there = np.empty(s.shape[1]), np.empty(s.shape[1])
@@ -243,18 +243,18 @@ def slopes(call: Step) -> Step:
                     u[q] = signals[q, k]
                 before[:] = own
                 here = call(p, own, u, t, dt_s)
-                for c in asked:
+                for c in range(small.size):
                     there[:] = before
                     if c < of.size:
                         u[of[c]] += small[c]
                     else:
-                        there[c - of.size] += small[c]
+                        there[asked[c - of.size]] += small[c]
                     moved = call(p, there, u, t, dt_s)
                     if c < of.size:
                         u[of[c]] = signals[of[c], k]
                     out[k, 0, c] = (moved - here) / small[c]
-                    for i in range(own.size):
-                        out[k, 1 + i, c] = (there[i] - own[i]) / small[c]
+                    for i in range(asked.size):
+                        out[k, 1 + i, c] = (there[asked[i]] - own[asked[i]]) / small[c]
 
     return loop
 

@@ -8,7 +8,7 @@ from effects.equations import TABLES
 
 from mrctl.model.effects.registry import effects
 from mrctl.simulate.stages import yielding
-from mrctl.simulate.step_slopes import limit_slopes, yield_slopes
+from mrctl.simulate.step_slopes import limit_slopes, yield_chain, yield_slopes
 
 N, DT_S = 3000, 1e-3
 STARTS = np.array([0, 1100, N])
@@ -35,7 +35,8 @@ def test_a_change_behind_the_stage_is_that_of_a_small_step(p, times):
     chosen = [(effects()["preyield_stiffness"], p)] * times
     by_level = 50.0 * np.cos(5.0 * T)
     rows = np.stack([by_level * FORCE / LEVEL, LEVEL / np.cosh(V / 0.03)])
-    carried = yield_slopes(chosen, (FORCE, V, X, LEVEL), TABLES, DT_S, STARTS, rows, by_level[None])
+    chain = yield_chain(chosen, (FORCE, V, X, LEVEL), TABLES, DT_S, STARTS)
+    carried = yield_slopes(chain, rows, by_level[None])
 
     def stage(small: float, k: int) -> np.ndarray:
         level = LEVEL + small * by_level if k == 0 else LEVEL
@@ -49,7 +50,7 @@ def test_a_change_behind_the_stage_is_that_of_a_small_step(p, times):
 
 def test_without_an_effect_changes_go_through_as_they_are():
     rows = np.ones((2, N))
-    assert yield_slopes([], (FORCE, V, X, LEVEL), TABLES, DT_S, STARTS, rows, rows[:1]) is rows
+    assert yield_slopes([], rows, rows[:1]) is rows
 
 
 @pytest.mark.parametrize(
@@ -65,8 +66,9 @@ def test_states_that_are_idle_move_nothing(p):
     effect = effects()["preyield_stiffness"]
     assert effect.idle(p)
     rows = np.stack([50.0 * np.cos(5.0 * T) * FORCE / LEVEL, LEVEL / np.cosh(V / 0.03)])
-    given = (FORCE, V, X, LEVEL), TABLES, DT_S, STARTS, rows, 50.0 * np.cos(5.0 * T)[None]
-    known, whole = (yield_slopes([(one, p)], *given) for one in (effect, replace(effect, idle=None)))
+    level, along = 50.0 * np.cos(5.0 * T)[None], ((FORCE, V, X, LEVEL), TABLES, DT_S, STARTS)
+    chains = (yield_chain([(one, p)], *along) for one in (effect, replace(effect, idle=None)))
+    known, whole = (yield_slopes(chain, rows, level) for chain in chains)
     assert np.array_equal(known, whole)
 
 

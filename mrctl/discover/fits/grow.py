@@ -91,7 +91,8 @@ def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
             for theta, own in _late(fit, before.few(effect), effect)
         ]
     every = [start, *settled, *(with_plain_lag(model, one) for one in again)]
-    return raced(every, heat, fitted, model.cost, ITERATIONS, fit.total, more_heats)
+    cut = before.few(effect) is not fit.model
+    return raced(every, heat, fitted, model.cost, ITERATIONS, fit.total, more_heats, few=cut)
 
 
 def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, Vector]]:
@@ -188,9 +189,11 @@ def settled(proof: Proof, folds: Folds) -> Proof:
     fit = proof.fit
     model, free = fit.model, fit.moving
     starts = [with_lag_of_two(model, fit.theta), *warmer(fit), *_beside(fit)]
-    fits = in_processes(partial(_quick, model, penalties=fit.penalties, free=free), starts, [model])
+    fitted = partial(model.fit, penalties=fit.penalties, free=free, rounds=1)
+    worth = fit.total - WORTH_MOVING
+    fits = in_processes(lambda start: pursued(fitted, start, ITERATIONS, worth), starts, [model])
     least = min(fits, key=lambda one: one.total)
-    moved = least.total < fit.total - WORTH_MOVING
+    moved = least.total < worth
     fit = least if moved else fit
     quiet = proof.mean_square < QUIETER * float(np.mean(model.noise_n**2))
     if quiet:

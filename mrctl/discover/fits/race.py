@@ -24,17 +24,24 @@ def raced(
     iterations: int,
     known: float = np.inf,
     more: int = 0,
+    *,
+    few: bool = False,
 ) -> JointFit:
     """The fit from the start that a few iterations promise most of.
 
     heat, fitted: as `JointModel.fit`, the heats' on as much data as is enough to choose by; cost: on all
     data. Where the choice was wrong, and another place costs less than the fit, that is where it begins anew.
-    known: as `pursued` has it. more: times that starts which may still become the best are heated on.
+    known: as `pursued` has it. more: times that starts which may still become the best are heated on. few:
+    heats are on so few data that the best one goes on there first, to where it is not far from all data's.
     """
     further = partial(heat, iterations=HEAT, tolerance=HEAT_TOLERANCE, passing=True)
     heats = _heated(starts, further, more)
     best = min(heats, key=lambda one: one.total)
-    fit = pursued(fitted, best.theta, iterations, known)
+    begin = best.theta
+    if few:
+        there = heat(begin, iterations=iterations, tolerance=TOLERANCE, passing=True).theta
+        begin = min(begin, there, key=cost)
+    fit = pursued(fitted, begin, iterations, known)
     costs = [(cost(theta), theta) for theta in (*starts, *(one.theta for one in heats if one is not best))]
     least, there = min(costs, key=lambda one: one[0])
     if least >= cost(fit.theta):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.grow import without_temperature
-from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, promised
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, promised, pursued
 from mrctl.discover.fits.screen import Look, Screen
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
@@ -65,11 +65,12 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     fit = screen.tangent.fit
     warm = effect.stage is Stage.TEMPERATURE
     few = screen.tangent.few(effect)
-    alone, heat = Effects((effect,)), partial(_heat, fit, few, effect)
+    alone, heat = Effects((effect,)), _heat(fit, few, effect)
     base = without_temperature(fit) if warm else fit.theta
     starts = [np.concatenate([base, alone.pack({effect.name: effect.within(point)})]) for point in points]
     if warm or effect.stage in _KNOWN_FORCE:  # the base settles beside it first
-        starts = [heat(start, beside=True).theta for start in starts]
+        settle = _heat(fit, few, effect, beside=True)
+        starts = [settle(start).theta for start in starts]
     # A few records are fitted better by any model than all are.
     least = screen.tangent.glance(effect).left_alone
     heats = [heat(start) for start in starts]
@@ -85,43 +86,37 @@ def far_look(screen: Screen, worth: Sequence[Promise]) -> Look | None:
     One is gone on with after another until one keeps enough: to all records a start that a few made may be
     lost, or far at first.
     """
-    fit = screen.tangent.fit
+    if not worth:
+        return None
+    fit, effect = screen.tangent.fit, worth[0].effect
+    heat = _heat(fit, fit.model, effect)
     best: JointFit | None = None
     for one in worth:
-        further = _heat(fit, fit.model, one.effect, one.theta, iterations=2 * HEAT, tolerance=0.0)
+        least = fit.total if best is None else min(best.total, fit.total)
+        further = pursued(heat, one.theta, 2 * HEAT, least)
         best = further if best is None or further.total < best.total else best
         if 2.0 * (fit.total - further.total) >= KEPT * one.gain:
             break
     if best is None or best.total >= fit.total:
         return None
-    effect = worth[0].effect
     look = screen.at(effect, best.effect_values[effect.name])
     return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])
 
 
-def _heat(
-    fit: JointFit,
-    on: JointModel,
-    effect: Effect,
-    theta: Array,
-    iterations: int = HEAT,
-    tolerance: float = HEAT_TOLERANCE,
-    *,
-    beside: bool = False,
-) -> JointFit:
-    """A few steps of a fit with one more effect, on all of its records or a few; beside: the effect as it is.
+def _heat(fit: JointFit, on: JointModel, effect: Effect, *, beside: bool = False) -> Callable[..., JointFit]:
+    """How a few steps are fitted with one more effect, on a model's records; beside: the effect as it is.
 
     What is optional of it stays where it began: so early it would lead into any valley.
     """
     model = on.with_effects(Effects((*fit.model.effects.chosen, effect)))
     own = [not (beside or p.held or p.optional) for p in effect.parameters]
-    return model.fit(
-        theta,
+    return partial(
+        model.fit,
         penalties=weighed_as(fit.penalties, model.penalties()),
         rounds=1,
         free=np.concatenate([fit.moving, own]),
-        iterations=iterations,
-        tolerance=tolerance,
+        iterations=HEAT,
+        tolerance=HEAT_TOLERANCE,
         passing=True,
     )
 
