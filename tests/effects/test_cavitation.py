@@ -281,3 +281,21 @@ def test_what_is_taken_off_comes_late_by_its_lag_and_stands_at_the_start(held):
     t = np.arange(1, 200) * dt
     made = np.array([_step(late, state, -1000.0, -0.9, dt_s=dt) for _ in t])
     assert made == pytest.approx(-1000.0 + 500.0 * (1.0 - np.exp(-t / lag)), abs=15.0)
+
+
+@pytest.mark.parametrize("held", [0.0, 1.0])
+def test_a_cavity_that_is_full_grows_no_more_and_closes_the_sooner(held):
+    state = {}
+    for most_m in (1e-3, 0.1):
+        p, s = _p(300.0, 50.0, 0.5, 2e-3, held=held, most_m=most_m), _begun()
+        for _ in range(100):
+            _step(p, s, -2.0 * LEVEL_N, -0.5)
+        grown_m = max(s[:2])
+        closing = 0
+        while max(s[:2]) > 0.0:
+            _step(p, s, 0.5 * LEVEL_N, 0.1)
+            closing += 1
+        state[most_m] = grown_m, closing
+    assert state[1e-3][0] == pytest.approx(1e-3)
+    assert state[0.1][0] > 2e-3
+    assert state[1e-3][1] < 0.5 * state[0.1][1]

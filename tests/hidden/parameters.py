@@ -103,6 +103,7 @@ def _cavitation(p, case):
         return dict.fromkeys(names, f"{FORM}: onset with compression speed")
     own = {"limit_n": p["CFL"], "rise_per_m": 0.0, "warming_per_k": 0.0, "lag_s": 0.0}
     own |= {"swing": "nothing lags", "firming_per_m": "no cavity holds", "slack": "no cavity holds"}
+    own |= {"most_m": "no largest size"}
     if p["CAV"] == 2:
         return own | {
             "refilled": 0.0,

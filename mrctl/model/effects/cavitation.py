@@ -19,11 +19,13 @@ from mrctl.model.lag import swung
 from mrctl.model.static import StaticTables, compression_speed
 
 NO_LIMIT_N = 1e6
+NO_MOST_M = 0.1  # a cavity as long as a damper has no largest size
 LEAST_SHARE = 0.1  # of the limit, however far the rod is out
 REFERENCE_C = 25.0  # at which the limit is stated
 LESS = 0.9  # of the largest force, that the largest in compression is where it is limited
 LEAST_N = 1e-3  # of f h, to divide by
 LAG = 9  # its place among the parameters
+MOST_M = (5e-4, 2e-3)  # at which a cavity may be full, to begin with
 SOFTEST = 0.5  # of the limit, that the force at the limit falls short of it
 
 
@@ -89,7 +91,7 @@ def _bent(
         opens *= 1.0 - p[5]
     if velocity_m_s > 0.0:  # an empty one stays empty, but what hangs on that must not jump as it fills
         opens -= velocity_m_s + p[8]
-    before_m, after_m = s[0], _filled(s[0], s[4], opens, dt_s)
+    before_m, after_m = s[0], min(_filled(s[0], s[4], opens, dt_s), p[15])
     s[0] = max(after_m, 0.0) * math.exp(-p[13] * dt_s)
     s[4] = opens
     if velocity_m_s > 0.0:
@@ -145,7 +147,7 @@ def _held(
     else:
         s[6] = 0.0
     opens -= p[8]
-    after_m = _filled(s[1], s[5], opens, dt_s)
+    after_m = min(_filled(s[1], s[5], opens, dt_s), p[15])
     s[1] = max(after_m, 0.0) * math.exp(-p[13] * dt_s)
     s[5] = opens
     opened = _open(before_m + before_leak_m * (s[6] > 0.0), after_m + s[6], p[3])
@@ -227,6 +229,13 @@ def _far(ranges: Ranges) -> list[Vector]:
     return [*plain, _holding(0.95 * most, closing_m=1e-3, slack=1.0)]
 
 
+def _beside(p: Vector, _: Ranges) -> list[Vector]:
+    # No small step leads from a cavity that is never full to one that is.
+    if p[2] <= 0.0 and p[7] <= 0.0:
+        return []
+    return [(*p[:15], most_m) for most_m in MOST_M]
+
+
 EFFECT = Effect(
     name="cavitation",
     stage=Stage.LIMIT,
@@ -236,8 +245,8 @@ EFFECT = Effect(
         f"limit' = limit (1 - rise x) (1 + warming (T - {REFERENCE_C:g})), at least {LEAST_SHARE:g} limit; "
         f"n = log(1/2) / log(1 - knee/limit), knee/limit at most {SOFTEST:g} there; "
         "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back; by flow: the share of |v| "
-        "beyond the speed at which b1 would be so) - filling y, less v on the way back (v > 0), where F is "
-        "1 - loss y/(y + closing) of itself; held: F goes by that part of "
+        "beyond the speed at which b1 would be so) - filling y, y at most `most`, less v on the way back "
+        "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
         "y/(y + closing) to -limit' (1 + firming y), where v > 0 to 1 - slack of it, while y > 0, with "
         "dy/dt = -v - v1, where b1 would be that at v1, less leak, as it opens (1 - refilled) of that less "
         "leak, less filling y, and y there without the leak while it opens; what this "
@@ -353,6 +362,18 @@ EFFECT = Effect(
             0.3,
             optional=True,
         ),
+        Parameter(
+            "most_m",
+            "m",
+            NO_MOST_M,
+            1e-4,
+            NO_MOST_M,
+            NO_MOST_M,
+            "largest size of the cavity",
+            1e-3,
+            optional=True,
+            endless=True,
+        ),
     ),
     step=step,
     shape_over=frozenset({"stroke", "velocity"}),
@@ -360,6 +381,7 @@ EFFECT = Effect(
     inverse_note="No current lifts the limit: wishes beyond it fall short by what exceeds it.",
     guesses=_guesses,
     far=_far,
+    beside=_beside,
     idle=_idle,
     start=start,
     states=(
