@@ -21,6 +21,7 @@ from mrctl.discover.fits.grow import settled, without_temperature
 from mrctl.discover.fits.proof import Proof, log_gain, prove
 from mrctl.discover.fits.refit import error_on
 from mrctl.discover.fits.screen import ranges_of
+from mrctl.discover.fits.thinning import thins_as_it_warms
 from mrctl.discover.search.quiet import is_quiet
 from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.base import Effect, Stage
@@ -106,7 +107,8 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
     Runs that were made one after the other begin with what the last one left, which no file tells.
     before: the model without the effects, which must do worse though each run had a scale of its own: else
     any error of the runs would be a warmth. The same where nothing is left that they could take, and where a
-    run had to begin colder than a fluid does: then what fades as the runs go on is no warmth.
+    run had to begin colder than a fluid does, or the force to grow with warmth: then what fades or recovers
+    as the runs go on is no warmth.
     """
     heated = any(e.stage is Stage.TEMPERATURE for e in proof.fit.model.effects.chosen)
     if not heated or is_quiet(proof):
@@ -120,7 +122,7 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
     there = settled(prove(fitted_to(anew.records, fit), anew.folds), anew.folds)
     earned = log_gain(proof, there) > len(anew.records) * np.log(there.independent)
     sound = earned and there.predicts_better_than(proof) and _is_plausible(there.fit)
-    sound = sound and begin_as_fluids_do(there.fit)
+    sound = sound and begin_as_fluids_do(there.fit) and thins_as_it_warms(there.fit)
     sound = sound and more_than_scales(before.fit, there.fit)
     return (anew, there) if sound else (evidence, proof)
 

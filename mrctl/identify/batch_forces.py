@@ -32,23 +32,27 @@ class BatchForces:
 
     def at(self, theta: Array) -> list[Array]:
         """Force in N of each batch, every sample."""
-        tables = self.layout.unpack(theta[: self.layout.size])
         if not self.effects.size:
+            tables = self.layout.unpack(theta[: self.layout.size])
 
             def plain(k: int) -> Array:
                 batch = self.batches[k]
                 return batch.as_stored(base.force(batch.inputs, tables))
 
             return in_parallel(plain, range(len(self.batches)))
+        traces = self.traced(theta)
+        return [b.as_stored(t.force_n) for b, t in zip(self.batches, traces, strict=True)]
+
+    def traced(self, theta: Array) -> list[Trace]:
+        """What happens in each batch on the way to its force."""
         settings = self.effects.settings(theta[self.layout.size :])
-        dampers = Dampers(self.layout, tables)
+        dampers = Dampers(self.layout, self.layout.unpack(theta[: self.layout.size]))
 
-        def force(k: int) -> Array:
-            trace = dampers.traced(self.batches[k].run, settings, self._traces[k])
-            self._traces[k] = trace
-            return self.batches[k].as_stored(trace.force_n)
+        def one(k: int) -> Trace:
+            self._traces[k] = trace = dampers.traced(self.batches[k].run, settings, self._traces[k])
+            return trace
 
-        return in_parallel(force, range(len(self.batches)))
+        return in_parallel(one, range(len(self.batches)))
 
     def dampers(self, theta: Array) -> Dampers:
         """The bare dampers at theta, for `linear`: those of all batches share what is dear."""

@@ -29,6 +29,7 @@ from mrctl.identify.penalties import Penalty, base_penalties
 from mrctl.identify.records import Record
 from mrctl.identify.solver import Normal, covariance, solve
 from mrctl.model.effects.base import Effect, Vector
+from mrctl.simulate import Trace
 
 Array = NDArray[np.float64]
 
@@ -186,6 +187,10 @@ class JointModel:
         for batch, force in zip(self.batches, self._forces.at(theta), strict=True):
             found |= zip(batch.records, batch.samples(force), strict=True)
         return [found[k] for k in range(len(self.records))]
+
+    def traces(self, theta: Array) -> list[Trace]:
+        """What happens in each batch on the way to its force."""
+        return self._forces.traced(theta)
 
     def errors(self, theta: Array) -> list[Array]:
         """Measured less predicted force in N of each record, every sample."""

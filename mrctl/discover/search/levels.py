@@ -14,6 +14,7 @@ from mrctl.discover.fits.proof import Proof, chance, log_gain, prove
 from mrctl.discover.fits.robust import second_opinions
 from mrctl.discover.fits.screen import Look, reach_of
 from mrctl.discover.fits.tangent import Tangent
+from mrctl.discover.fits.thinning import thins_as_it_warms
 from mrctl.discover.search.looks import looks, usual_looks
 from mrctl.discover.search.quiet import is_quiet
 from mrctl.discover.verdict.worth import least_n2
@@ -125,6 +126,7 @@ def search_level(
     before, trials = _levelled(before, trials, folds)
     reach = reach_of(before.fit.model)
     trials = [t for t in trials if t.effect.describes(t.fit.effect_values[t.effect.name], reach)]
+    trials = [t for t in trials if thins_as_it_warms(t.fit)]
     trials.sort(key=lambda trial: -trial.score)
     return Level(before, whole, seen, trials)
 
