@@ -46,7 +46,7 @@ class BatchForces:
     def traced(self, theta: Array) -> list[Trace]:
         """What happens in each batch on the way to its force."""
         settings = self.effects.settings(theta[self.layout.size :])
-        dampers = Dampers(self.layout, self.layout.unpack(theta[: self.layout.size]))
+        dampers = self.dampers(theta)
 
         def one(k: int) -> Trace:
             self._traces[k] = trace = dampers.traced(self.batches[k].run, settings, self._traces[k])

@@ -63,11 +63,11 @@ class Motion:
             static * (factors(v, x + dx) - factors(v, x - dx)) / (2.0 * dx),
         )
 
-    def of_tables(self, bare: Array, level: Array, gain: Array, factor: int) -> Rows:
+    def of_tables(self, bare: Array, level: Array | None, gain: Array, factor: int) -> Rows:
         """Slopes of what goes into H, of what comes beside it, and on the rod.
 
         bare (m, n): those of f g h at a given velocity, of which the first ones come with those of f h, level
-        (l, n); gain (n): what effects multiply f g h by.
+        (l, n), where the fluid yields by it; gain (n): what effects multiply f g h by.
         """
         lagged = bare.copy()
         filtering.filter_rows(*self._lag(self.filter), lagged, self.here.run.starts)

@@ -59,15 +59,16 @@ def linearise(
     v, x = mean(here.velocity_m_s), mean(here.displacement_m)
     bends = _gives_way(settings)
     by_differences = settings[Stage.MOTION] and not bends
-    if settings[Stage.YIELD] and not (by_differences or bends):
-        level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), inner)
+    level_rows: Array | None = None
+    if settings[Stage.YIELD] and not by_differences:
+        level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size), 1 if bends else inner)
+    if level_rows is not None and not bends:
         signals = mean(here.static_n), v, x, mean(here.level_n)
         chain = yield_chain(settings[Stage.YIELD], signals, dampers.static(run), dt, starts)
         slopes.static[:] = yield_slopes(chain, slopes.static, level_rows)
     rod: Array | None = None
     if bends:
         bare = base.slope_rows(inputs, layout, t).static
-        level_rows, _ = base.level_rows(inputs, layout, t, np.ones(run.size))
         by_motion = Motion.of(dampers.static(run), here, settings, t.filter)
         slopes.static[:], beside, on_rod = by_motion.of_tables(bare, level_rows, gain, inner)
         bent, bent_beside, bent_on_rod = by_motion.of_filter(inner)

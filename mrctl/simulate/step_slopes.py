@@ -49,10 +49,31 @@ class StepSlopes:
         starts: Ints,
     ) -> StepSlopes:
         """By differences along an effect's own path. Raises InputError where its step divides by zero."""
+        firsts = [x[starts[:-1]] for x in signals]
+        beside = rest if effect.stage is Stage.LIMIT else rest[1:]
+
+        def initial(place: int = 0, by: float = 0.0) -> Array:
+            each = zip(*(x + by * (place == q) for q, x in enumerate(firsts)), strict=True)
+            found = [effect.initial(p, *map(float, one), *beside) for one in each]
+            return np.array(found, dtype=np.float64).reshape(starts.size - 1, -1)
+
+        path = starts, np.stack(signals), array_tables(rest[0]), rest[1]
+        call = _call(effect.stage, effect.step)
         try:
-            return cls(tuple(of), *_differences(effect, p, signals, of, rest, starts), starts)
+            states = initial()
+            idle = () if effect.idle is None else effect.idle(p)
+            asked = np.array([k for k in range(states.shape[1]) if k not in idle], dtype=np.int64)
+            largest = np.zeros(states.shape[1])
+            compiled(loops.peaks, call, f"{effect.name}_peaks")(p, states.copy(), *path, largest)
+            sizes = [*(_size(signals[q]) for q in of), *np.where(largest > 0.0, largest, 1.0)[asked]]
+            small = np.maximum(STEP * np.array(sizes), LEAST)
+            first = [((initial(q, d) - states) / d)[:, asked] for q, d in zip(of, small, strict=False)]
+            by = np.empty((signals[0].size, 1 + asked.size, len(of) + asked.size))
+            loop = compiled(loops.slopes, call, f"{effect.name}_slopes")
+            loop(p, states, *path, np.array(of), asked, small, by)
         except ArithmeticError as error:
             raise divided(effect, error) from error
+        return cls(tuple(of), by, np.stack(first, axis=-1), starts)
 
     def through(
         self, pair: tuple[int, int], rows: Array, beside: Array | None = None, factor: int = 1
@@ -65,40 +86,6 @@ class StepSlopes:
     @cached_property
     def _touches(self) -> NDArray[np.bool_]:
         return touching(self.by)
-
-
-def _differences(
-    effect: Effect,
-    p: Vector,
-    signals: Sequence[Array],
-    of: Sequence[int],
-    rest: tuple[StaticTables, float],
-    starts: Ints,
-) -> tuple[Array, Array]:
-    """`by` and `first` of `StepSlopes`."""
-    firsts = [x[starts[:-1]] for x in signals]
-    beside = rest if effect.stage is Stage.LIMIT else rest[1:]
-
-    def initial(place: int = 0, by: float = 0.0) -> Array:
-        each = zip(*(x + by * (place == q) for q, x in enumerate(firsts)), strict=True)
-        return np.array([effect.initial(p, *map(float, one), *beside) for one in each], dtype=np.float64)
-
-    states = initial().reshape(starts.size - 1, -1)
-    idle = () if effect.idle is None else effect.idle(p)
-    asked = np.array([k for k in range(states.shape[1]) if k not in idle], dtype=np.int64)
-    largest = np.zeros(states.shape[1])
-    along = starts, np.stack(signals), array_tables(rest[0]), rest[1]
-    call = _call(effect.stage, effect.step)
-    compiled(loops.peaks, call, f"{effect.name}_peaks")(p, states.copy(), *along, largest)
-    sizes = [*(_size(signals[q]) for q in of), *np.where(largest > 0.0, largest, 1.0)[asked]]
-    small = np.maximum(STEP * np.array(sizes), LEAST)
-    first = [
-        ((initial(q, by).reshape(states.shape) - states) / by)[:, asked]
-        for q, by in zip(of, small, strict=False)
-    ]
-    by = np.empty((signals[0].size, 1 + asked.size, len(of) + asked.size))
-    compiled(loops.slopes, call, f"{effect.name}_slopes")(p, states, *along, np.array(of), asked, small, by)
-    return by, np.stack(first, axis=-1)
 
 
 def yield_chain(

@@ -189,11 +189,8 @@ def settled(proof: Proof, folds: Folds) -> Proof:
     fit = proof.fit
     model, free = fit.model, fit.moving
     starts = [with_lag_of_two(model, fit.theta), *warmer(fit), *_beside(fit)]
-    fitted = partial(model.fit, penalties=fit.penalties, free=free, rounds=1)
-    worth = fit.total - WORTH_MOVING
-    fits = in_processes(lambda start: pursued(fitted, start, ITERATIONS, worth), starts, [model])
-    least = min(fits, key=lambda one: one.total)
-    moved = least.total < worth
+    least = min(in_processes(partial(_elsewhere, fit), starts, [model]), key=lambda one: one.total)
+    moved = least.total < fit.total - WORTH_MOVING
     fit = least if moved else fit
     quiet = proof.mean_square < QUIETER * float(np.mean(model.noise_n**2))
     if quiet:
@@ -235,9 +232,12 @@ def _quick(
 
 def again(proof: Proof, base: Array, folds: Folds) -> Proof:
     """The better of a fit and the same fit begun with another base."""
-    fit, model = proof.fit, proof.fit.model
-    theta = np.concatenate([base, fit.theta[base.size :]])
-    fitted = partial(model.fit, penalties=fit.penalties, free=fit.moving, rounds=1)
-    worth = fit.total - WORTH_MOVING
-    other = pursued(fitted, theta, ITERATIONS, worth)
-    return prove(other, folds) if other.total < worth else proof
+    fit = proof.fit
+    other = _elsewhere(fit, np.concatenate([base, fit.theta[base.size :]]))
+    return prove(other, folds) if other.total < fit.total - WORTH_MOVING else proof
+
+
+def _elsewhere(fit: JointFit, theta: Array) -> JointFit:
+    """The same fit begun elsewhere, ended early where it is not on its way to better this one."""
+    fitted = partial(fit.model.fit, penalties=fit.penalties, free=fit.moving, rounds=1)
+    return pursued(fitted, theta, ITERATIONS, fit.total - WORTH_MOVING)

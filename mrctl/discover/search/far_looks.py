@@ -90,14 +90,13 @@ def far_look(screen: Screen, worth: Sequence[Promise]) -> Look | None:
         return None
     fit, effect = screen.tangent.fit, worth[0].effect
     heat = _heat(fit, fit.model, effect)
-    best: JointFit | None = None
+    best = fit
     for one in worth:
-        least = fit.total if best is None else min(best.total, fit.total)
-        further = pursued(heat, one.theta, 2 * HEAT, least)
-        best = further if best is None or further.total < best.total else best
+        further = pursued(heat, one.theta, 2 * HEAT, best.total)
+        best = further if further.total < best.total else best
         if 2.0 * (fit.total - further.total) >= KEPT * one.gain:
             break
-    if best is None or best.total >= fit.total:
+    if best is fit:
         return None
     look = screen.at(effect, best.effect_values[effect.name])
     return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])

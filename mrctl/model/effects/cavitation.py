@@ -91,7 +91,7 @@ def _bent(
         opens *= 1.0 - p[5]
     if velocity_m_s > 0.0:  # an empty one stays empty, but what hangs on that must not jump as it fills
         opens -= velocity_m_s + p[8]
-    before_m, after_m = s[0], min(_filled(s[0], s[4], opens, dt_s), p[15])
+    before_m, after_m = s[0], _filled(s[0], s[4], opens, p[15], dt_s)
     s[0] = max(after_m, 0.0) * math.exp(-p[13] * dt_s)
     s[4] = opens
     if velocity_m_s > 0.0:
@@ -99,12 +99,12 @@ def _bent(
     return force_n
 
 
-def _filled(cavity_m: float, before_m_s: float, opens_m_s: float, dt_s: float) -> float:
+def _filled(cavity_m: float, before_m_s: float, opens_m_s: float, most_m: float, dt_s: float) -> float:
     """A cavity after a sample over which the speed at which it opens runs straight: below 0, it closed."""
     after_m = cavity_m + 0.5 * (before_m_s + opens_m_s) * dt_s
     if before_m_s < 0.0 < opens_m_s:  # no less than what opens once it turned
         after_m = max(after_m, 0.5 * opens_m_s * opens_m_s / (opens_m_s - before_m_s) * dt_s)
-    return after_m
+    return min(after_m, most_m)
 
 
 def _open(before_m: float, after_m: float, closing_m: float) -> float:
@@ -147,7 +147,7 @@ def _held(
     else:
         s[6] = 0.0
     opens -= p[8]
-    after_m = min(_filled(s[1], s[5], opens, dt_s), p[15])
+    after_m = _filled(s[1], s[5], opens, p[15], dt_s)
     s[1] = max(after_m, 0.0) * math.exp(-p[13] * dt_s)
     s[5] = opens
     opened = _open(before_m + before_leak_m * (s[6] > 0.0), after_m + s[6], p[3])
