@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 STIFFEST = 1e12
 SOFTEST = 1e-8
+THINNING_1_K, STEEPNESS_1_K = 0.005, 0.01  # of the force: what warmth usually takes, how far fluids differ
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,11 @@ class Penalty:
 
 
 def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
-    """Smooth g, f and h, off near on, and a weak pull to neutral values for what no data decides."""
+    """Smooth g, f and h, off near on, and a weak pull to usual values for what no data decides.
+
+    For h the usual is a fluid that thins: else one that hardly warms and thins by much would be as good
+    as one that warms by much and thins as fluids do.
+    """
     n = layout.size
     parts = layout.parts
     found: list[Penalty] = []
@@ -73,6 +78,9 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
         if parts[name].stop > parts[name].start:
             rows[layout.free_h, np.arange(parts[name].start, parts[name].stop)] = 1.0
             h_rows[name] = rows
+            steps = np.diff(rows, axis=0) / (STEEPNESS_1_K * np.diff(layout.temperature_c))[:, None]
+            thinner = np.full(steps.shape[0], -THINNING_1_K / STEEPNESS_1_K)
+            found.append(Penalty(f"{name} thins", steps, thinner, 1.0, adapts=False))
             if layout.temperature_c.size >= 4:
                 d2 = _second_slopes(layout.temperature_c)
                 found.append(Penalty(name, d2 @ rows, np.zeros(d2.shape[0]), 100.0))
@@ -84,7 +92,7 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
         [
             np.full(layout.current_a.size, 10.0),
             np.full(layout.free_g.size, 3.0),
-            np.full(parts["h_off"].stop - parts["h_on"].start, 0.5),
+            np.full(parts["h_off"].stop - parts["h_on"].start, np.inf),  # held by its slopes
             np.full(parts["blend"].stop - parts["blend"].start, max(float(np.ptp(layout.current_a)), 0.1)),
             np.full(layout.order, 2.5),
             np.full(layout.order, 1.0),

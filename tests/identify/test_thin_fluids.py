@@ -1,0 +1,65 @@
+"""What h is taken to be where no run decides it: what fluids usually do, no steeper."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mrctl.identify.joint import JointModel
+from mrctl.identify.records import Record
+from mrctl.identify.start import layout_for, start_values
+
+RATE_HZ = 200.0
+
+
+def _records(temperatures_c, by_k):
+    """Runs at these temperatures, of a force that warmth changes by that share a kelvin."""
+    t = np.arange(400) / RATE_HZ
+    noise = np.random.default_rng(5)
+    found = []
+    for k, at_c in enumerate(temperatures_c):
+        v = 0.3 * np.sin(2.0 * np.pi * (1.0 + 0.3 * k) * t)
+        force = 800.0 * np.tanh(v / 0.05) * np.exp(by_k * (at_c - 24.0)) + noise.normal(0.0, 8.0, t.size)
+        flat = np.ones(t.size)
+        found.append(Record(k, RATE_HZ, v, flat, at_c * flat, force, flat, flat))
+    return found
+
+
+def _h(records, layout):
+    model = JointModel(layout, records)
+    return layout.unpack(model.fit(start_values(model)).theta).h_on
+
+
+def test_where_no_run_is_warm_a_warm_fluid_is_taken_to_be_as_thin_as_fluids_are():
+    records = _records([24.0, 24.5], 0.0)
+    layout = layout_for(records, order=1, warmer_k=60.0)
+    h, span_k = _h(records, layout), np.ptp(layout.temperature_c)
+    assert h[-1] / h[0] == pytest.approx(np.exp(-0.005 * span_k), rel=0.05)
+
+
+@pytest.mark.parametrize("by_k", [-0.03, 0.004])
+def test_where_runs_are_warm_h_is_what_they_say(by_k):
+    records = _records([24.0, 40.0, 56.0], by_k)
+    layout = layout_for(records, order=1)
+    assert _h(records, layout) == pytest.approx(np.exp(by_k * (layout.temperature_c - 24.0)), rel=0.01)
+
+
+@pytest.mark.parametrize("cases_c", [[24.0, 28.0], [24.0, 25.0, 29.0, 31.0, 50.0], [24.0, 24.5]])
+def test_knots_for_a_warm_fluid_stand_apart(cases_c):
+    """Between two that crowd each other a steep h would stand in for the fluid's rise."""
+    records = _records(cases_c, 0.0)
+    knots_c = layout_for(records, order=1, warmer_k=60.0).temperature_c
+    assert np.diff(knots_c).min() >= 7.5
+    assert knots_c[0] == pytest.approx(24.0, abs=0.6)
+    assert knots_c[-1] == pytest.approx(max(cases_c) + 60.0, abs=0.3)
+
+
+def test_the_pull_to_what_fluids_do_is_that_of_one_observation():
+    """It must not outweigh runs: a slope of twice the usual spread costs as two standard deviations do."""
+    layout = layout_for(_records([24.0, 40.0], 0.0), order=1)
+    model = JointModel(layout, _records([24.0, 40.0], 0.0))
+    theta = start_values(model)
+    theta[layout.parts["h_on"]] = 16.0 * (-0.005 + 2.0 * 0.01)
+    pull = next(p for p in model.penalties() if p.name == "h_on thins")
+    assert pull.weight * pull.excess(theta) == pytest.approx(4.0)
+    assert not replace(pull, weight=3.0).adapts
