@@ -51,11 +51,7 @@ class Penalty:
 
 
 def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
-    """Smooth g, f and h, off near on, and a weak pull to usual values for what no data decides.
-
-    For h the usual is a fluid that thins: else one that hardly warms and thins by much would be as good
-    as one that warms by much and thins as fluids do.
-    """
+    """Smooth g, f and h, off near on, and a weak pull to neutral values for what no data decides."""
     n = layout.size
     parts = layout.parts
     found: list[Penalty] = []
@@ -72,18 +68,10 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
         rows[:, parts["f"]] = np.tril(np.ones((layout.current_a.size,) * 2))
         d2 = _second_slopes(layout.current_a)
         found.append(Penalty("f", d2 @ rows, np.zeros(d2.shape[0]), 1.0))
-    h_rows = {}
-    for name in ("h_on", "h_off"):
-        rows = np.zeros((layout.temperature_c.size, n))
-        if parts[name].stop > parts[name].start:
-            rows[layout.free_h, np.arange(parts[name].start, parts[name].stop)] = 1.0
-            h_rows[name] = rows
-            steps = np.diff(rows, axis=0) / (STEEPNESS_1_K * np.diff(layout.temperature_c))[:, None]
-            thinner = np.full(steps.shape[0], -THINNING_1_K / STEEPNESS_1_K)
-            found.append(Penalty(f"{name} thins", steps, thinner, 1.0, adapts=False))
-            if layout.temperature_c.size >= 4:
-                d2 = _second_slopes(layout.temperature_c)
-                found.append(Penalty(name, d2 @ rows, np.zeros(d2.shape[0]), 100.0))
+    h_rows = _h_rows(layout)
+    if layout.temperature_c.size >= 4:
+        d2 = _second_slopes(layout.temperature_c)
+        found += [Penalty(name, d2 @ rows, np.zeros(d2.shape[0]), 100.0) for name, rows in h_rows.items()]
     if len(h_rows) == 2:
         keep = layout.free_h
         rows = (h_rows["h_off"] - h_rows["h_on"])[keep]
@@ -92,7 +80,7 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
         [
             np.full(layout.current_a.size, 10.0),
             np.full(layout.free_g.size, 3.0),
-            np.full(parts["h_off"].stop - parts["h_on"].start, np.inf),  # held by its slopes
+            np.full(parts["h_off"].stop - parts["h_on"].start, 0.5),
             np.full(parts["blend"].stop - parts["blend"].start, max(float(np.ptp(layout.current_a)), 0.1)),
             np.full(layout.order, 2.5),
             np.full(layout.order, 1.0),
@@ -100,6 +88,31 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
     )
     rows = np.diag(1.0 / spread)
     found.append(Penalty("prior", rows, rows @ prior_theta, 1.0, adapts=False))
+    return found
+
+
+def fluid_penalties(layout: Layout) -> list[Penalty]:
+    """H thins as fluids do, for a model whose fluid is warmer than was measured.
+
+    Else one that hardly warms and thins by much would be as good as one that warms by much and thins as
+    fluids do.
+    """
+    apart = STEEPNESS_1_K * np.diff(layout.temperature_c)
+    usual = np.full(apart.size, -THINNING_1_K / STEEPNESS_1_K)
+    return [
+        Penalty(f"{name} thins", np.diff(rows, axis=0) / apart[:, None], usual, 1.0, adapts=False)
+        for name, rows in _h_rows(layout).items()
+    ]
+
+
+def _h_rows(layout: Layout) -> dict[str, Array]:
+    """Which parameters are log h at its knots (knots, parameters): on, and off if these are two."""
+    found = {}
+    for name in ("h_on", "h_off"):
+        part = layout.parts[name]
+        if part.stop > part.start:
+            found[name] = np.zeros((layout.temperature_c.size, layout.size))
+            found[name][layout.free_h, np.arange(part.start, part.stop)] = 1.0
     return found
 
 

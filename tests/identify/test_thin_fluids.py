@@ -1,13 +1,13 @@
 """What h is taken to be where no run decides it: what fluids usually do, no steeper."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.records import Record
 from mrctl.identify.start import layout_for, start_values
+from mrctl.model.effects.registry import effect
 
 RATE_HZ = 200.0
 
@@ -25,9 +25,16 @@ def _records(temperatures_c, by_k):
     return found
 
 
+def _warm(records, layout):
+    return JointModel(layout, records, Effects((effect("self_heating"),)))
+
+
 def _h(records, layout):
-    model = JointModel(layout, records)
-    return layout.unpack(model.fit(start_values(model)).theta).h_on
+    cold, model = JointModel(layout, records), _warm(records, layout)
+    begin = np.concatenate([start_values(cold), model.neutral()[layout.size :]])
+    free = model.free()
+    free[layout.size :] = False  # no fluid warms: h alone is asked
+    return layout.unpack(model.fit(begin, free=free).theta).h_on
 
 
 def test_where_no_run_is_warm_a_warm_fluid_is_taken_to_be_as_thin_as_fluids_are():
@@ -57,9 +64,15 @@ def test_knots_for_a_warm_fluid_stand_apart(cases_c):
 def test_the_pull_to_what_fluids_do_is_that_of_one_observation():
     """It must not outweigh runs: a slope of twice the usual spread costs as two standard deviations do."""
     layout = layout_for(_records([24.0, 40.0], 0.0), order=1)
-    model = JointModel(layout, _records([24.0, 40.0], 0.0))
-    theta = start_values(model)
+    model = _warm(_records([24.0, 40.0], 0.0), layout)
+    theta = model.neutral()
     theta[layout.parts["h_on"]] = 16.0 * (-0.005 + 2.0 * 0.01)
     pull = next(p for p in model.penalties() if p.name == "h_on thins")
     assert pull.weight * pull.excess(theta) == pytest.approx(4.0)
-    assert not replace(pull, weight=3.0).adapts
+    assert not pull.adapts
+
+
+def test_a_model_whose_fluid_is_no_warmer_than_measured_is_left_alone():
+    records = _records([24.0, 40.0], 0.0)
+    names = {p.name for p in JointModel(layout_for(records, order=1), records).penalties()}
+    assert not {"h_on thins", "h_off thins"} & names

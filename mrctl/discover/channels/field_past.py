@@ -14,6 +14,7 @@ from mrctl.identify.records import Record
 Array = NDArray[np.float64]
 Past = Callable[[Sequence[Record]], list[Record]]
 
+SAME = 1e-3  # of a run's mean square: pasts beyond a loop's reach hardly differ
 CLEARER = 0.1  # of a run's mean square, that another past must take off
 # From a run's first current up to the campaign's largest, where one may have been before. The largest first:
 # all that are beyond a loop's reach, which may be a small part of it, are alike.
@@ -34,7 +35,7 @@ def fields_past(model: JointModel, theta: Array) -> Past | None:
     def tried(other_a: Array) -> None:
         nonlocal before_a, least
         there = _errors(model, theta, other_a)
-        better = there < least
+        better = there < (1.0 - SAME) * least
         before_a, least = np.where(better, other_a, before_a), np.where(better, there, least)
 
     tried(np.zeros(first_a.size))
