@@ -33,8 +33,9 @@ def layout_for(
     temperature = _temperature_knots(records)
     if warmer_k >= LEAST_SPAN_C:
         # Apart: between two cases of nearly one temperature a steep h would stand in for the fluid's rise.
-        reached = np.append(temperature, temperature[-1] + warmer_k)
-        temperature = knots.filled(knots.apart(reached, 0.5 * WARM_STEP_K), WARM_STEP_K)
+        reached, least_k = temperature[-1] + warmer_k, 0.5 * WARM_STEP_K
+        cases = knots.apart(temperature, least_k) if np.ptp(temperature) >= least_k else temperature[:1]
+        temperature = knots.filled(np.append(cases, reached), WARM_STEP_K)
     velocity = knots.velocity_knots(records, velocity_knots)
     speed = np.concatenate([np.abs(r.velocity_m_s[:: max(1, len(r) // 4000)]) for r in records])
     gauge = int(np.argmin(np.abs(velocity - np.quantile(speed, 0.9))))
