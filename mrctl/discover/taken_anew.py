@@ -110,8 +110,7 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
     run had to begin colder than a fluid does, or the force to grow with warmth: then what fades or recovers
     as the runs go on is no warmth.
     """
-    heated = any(e.stage is Stage.TEMPERATURE for e in proof.fit.model.effects.chosen)
-    if not heated or is_quiet(proof):
+    if not proof.fit.model.effects.warm or is_quiet(proof):
         return evidence, proof
     begins = [proof.fit.theta, *_warmths(evidence, proof.fit)]
     theta, by_k, _ = min((warm_starts(proof.fit, begin) for begin in begins), key=lambda one: one[2])

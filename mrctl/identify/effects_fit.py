@@ -38,6 +38,11 @@ class Effects:
         """How many parameters there are."""
         return len(self.parameters)
 
+    @property
+    def warm(self) -> bool:
+        """Whether with one of them the fluid is warmer than was measured."""
+        return any(effect.stage is Stage.TEMPERATURE for effect in self.chosen)
+
     def less(self, names: Container[str]) -> tuple[Effects, NDArray[np.bool_]]:
         """Those of other names, and which of the vector's parameters are theirs."""
         stays = np.array([e.name not in names for e, _ in self.parameters], dtype=bool)

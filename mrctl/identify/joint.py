@@ -28,7 +28,7 @@ from mrctl.identify.parallel import in_parallel
 from mrctl.identify.penalties import Penalty, base_penalties, fluid_penalties
 from mrctl.identify.records import Record
 from mrctl.identify.solver import Normal, covariance, solve
-from mrctl.model.effects.base import Effect, Stage, Vector
+from mrctl.model.effects.base import Effect, Vector
 from mrctl.simulate import Trace
 
 Array = NDArray[np.float64]
@@ -309,7 +309,7 @@ class JointModel:
     def penalties(self) -> list[Penalty]:
         """Smooth tables, and a weak pull to neutral that only decides what no data does."""
         own = base_penalties(self.layout, neutral(self.layout))
-        if any(effect.stage is Stage.TEMPERATURE for effect in self.effects.chosen):
+        if self.effects.warm:
             own += fluid_penalties(self.layout)
         found = [replace(p, rows=np.pad(p.rows, ((0, 0), (0, self.effects.size)))) for p in own]
         if self.effects.size:

@@ -6,7 +6,6 @@ import numpy as np
 
 from mrctl.identify.effects_fit import bare_damper
 from mrctl.identify.joint_fit import JointFit
-from mrctl.model.effects.base import Stage
 from mrctl.simulate import stages
 
 COLD, WARM = 0.05, 0.95  # of all samples, that are colder than what counts as cold and as warm
@@ -20,7 +19,7 @@ def thins_as_it_warms(fit: JointFit) -> bool:
     be told by a warmth as well as what fades; but only with an h that grows.
     """
     model = fit.model
-    if all(effect.stage is not Stage.TEMPERATURE for effect in model.effects.chosen):
+    if not model.effects.warm:
         return True
     traces = model.traces(fit.theta)
     cold_c, warm_c = np.quantile(np.concatenate([t.temperature_c for t in traces]), (COLD, WARM))
