@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from mrctl.discover.noise.motion_noise import Spectrum, level_at
+from mrctl.discover.noise.motion_noise import Spectrum
 from mrctl.discover.noise.smoothing import smoothed
 from mrctl.discover.noise.spectral_floor import periodogram
 from mrctl.identify.joint_fit import JointFit
@@ -71,7 +71,7 @@ def _lines(record: Record, spectrum: Spectrum) -> tuple[Array, Array, Array]:
     """Frequencies in Hz, the density of a record's velocity there, and its noise's, in (m/s)²/Hz."""
     lines = periodogram(record.velocity_m_s) * (2.0 / record.rate_hz)
     f = np.asarray(np.fft.rfftfreq(len(record), 1.0 / record.rate_hz), dtype=np.float64)
-    return f, lines, level_at(f, *spectrum)
+    return f, lines, spectrum.at(f, record.run)
 
 
 def _smooth(lines: Array, width_hz: float, record: Record) -> Array:
@@ -93,7 +93,7 @@ def input_noise(fit: JointFit, records: Sequence[Record], spectrum: Spectrum | N
     if spectrum is None:
         return [np.zeros(len(r))[:: r.finer] for r in records]
     rng = np.random.default_rng(SEED)
-    noisy = [replace(r, velocity_m_s=r.velocity_m_s + _drawn(r, *spectrum, rng)) for r in records]
+    noisy = [replace(r, velocity_m_s=r.velocity_m_s + _drawn(r, spectrum, rng)) for r in records]
     plain = fit.model.on(records).predict(fit.theta)
     moved = fit.model.on(noisy).predict(fit.theta)
     return [(a - b)[:: r.finer] for a, b, r in zip(moved, plain, records, strict=True)]
@@ -109,11 +109,11 @@ def steepness(fit: JointFit, records: Sequence[Record]) -> list[Array]:
     return [np.abs(a - b) / (2.0 * step) for a, b in zip(ahead, behind, strict=True)]
 
 
-def _drawn(record: Record, middles: Array, density: Array, rise: float, rng: np.random.Generator) -> Array:
-    """Noise of that density, n samples."""
+def _drawn(record: Record, spectrum: Spectrum, rng: np.random.Generator) -> Array:
+    """Noise of that spectrum, n samples."""
     n, rate = len(record), record.rate_hz
     f = np.asarray(np.fft.rfftfreq(n, 1.0 / rate), dtype=np.float64)
-    level = level_at(f, middles, density, rise)
+    level = spectrum.at(f, record.run)
     level[f > 0.5 * rate / record.finer] = 0.0
     if record.passed is not None:
         level *= np.interp(f, *record.passed)  # the noise that passed, and the motion that did not (Wiener)

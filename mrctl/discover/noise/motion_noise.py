@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -30,16 +31,41 @@ CORNERS, LAST_CORNER = 60, 30.0  # tried, and the last of them, in lowest bands
 LIKE_A_LOW_PASS = 0.15  # RMS of the logarithm, by which the bands may miss one's course
 BELOW = np.array([0.125, 0.25, 0.5])  # of the lowest band's middle, where the course is continued
 
-Spectrum = tuple[Array, Array, float]
+# A record of another sensor, on a vehicle say, is louder by as much in each of the highest bands, so many.
+SHAPED, ALIKE = 2, 1.5  # largest over least of what it is louder by there; a motion's falls off
+LOUDER, LOUDEST = 1.5, 10.0  # in power: less is one sensor's scatter, more no sensor's
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spectrum:
+    """The power density of the velocity's noise.
+
+    middles (bands): in Hz; density (bands): in (m/s)²/Hz, of the quieter records; rise: its power of the
+    frequency below them; louder: by run, times what others have, where that is not 1.
+    """
+
+    middles: Array
+    density: Array
+    rise: float
+    louder: Mapping[int, float] = field(default_factory=dict)
+
+    def at(self, f: Array, run: int | None = None) -> Array:
+        """The density at frequencies (n) in Hz, of a run if one is named; nothing at 0 Hz."""
+        known = np.log(self.middles), np.log(np.maximum(self.density, 1e-300))
+        level = np.exp(np.interp(np.log(np.maximum(f, 1e-6)), *known))
+        below = f < self.middles[0]
+        level[below] = self.density[0] * (f[below] / self.middles[0]) ** self.rise
+        level[0] = 0.0
+        return np.asarray(level * (1.0 if run is None else self.louder.get(run, 1.0)), dtype=np.float64)
 
 
 def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
-    """(band middles in Hz, power density in (m/s)²/Hz, rise below them), of the quieter records."""
+    """The spectrum of the velocity's noise; None where no record is fast enough to show any."""
     top = HIGHEST_SHARE * min(r.rate_hz / r.finer for r in records)
     if top < 1.2 * LOWEST_HZ:
         return None
     edges = np.geomspace(LOWEST_HZ, top, BANDS + 1)
-    each = []
+    each: dict[int, Array] = {}
     for r in records:
         n = len(r)
         density = periodogram(r.velocity_m_s) * (2.0 / r.rate_hz)
@@ -47,19 +73,31 @@ def noise_spectrum(records: Sequence[Record]) -> Spectrum | None:
         bands = [density[(f >= a) & (f < b)] for a, b in pairwise(edges)]
         if all(b.size for b in bands):
             level = [float(np.median(b)) / np.log(2.0) for b in bands]  # of an exponential: its mean
-            each.append(np.minimum(level, _unshared(r, edges)))
+            each[r.run] = np.minimum(level, _unshared(r, edges))
     if not each:
         return None
-    density = np.quantile(np.array(each), QUIETEST, axis=0)
+    density = np.quantile(np.array([*each.values()]), QUIETEST, axis=0)
     if float(density.max()) <= 0.0:
         return None
+    louder = {run: by for run, own in each.items() if (by := _louder(own, density)) != 1.0}
     density[0] = min(density[0], _above_a_motion(density))
     middles = np.sqrt(edges[:-1] * edges[1:])
     low = slice(0, BANDS // 2)
     rise = float(np.polyfit(np.log(middles[low]), np.log(np.maximum(density[low], 1e-300)), 1)[0])
     if rise < 0.0:
         middles, density = _behind_a_low_pass(middles, density)
-    return middles, density, float(np.clip(rise, 0.0, STEEPEST))
+    return Spectrum(middles, density, float(np.clip(rise, 0.0, STEEPEST)), louder)
+
+
+def _louder(own: Array, usual: Array) -> float:
+    """By how much a record's noise (bands) is more than the usual, where what it has is no motion; else 1.
+
+    A motion falls off where noise of the same kind has the same course.
+    """
+    times = own[-SHAPED:] / np.maximum(usual[-SHAPED:], 1e-300)
+    least = float(times.min())
+    alike = float(times.max()) < ALIKE * least
+    return least if alike and LOUDER < least < LOUDEST else 1.0
 
 
 def _behind_a_low_pass(middles: Array, density: Array) -> tuple[Array, Array]:
@@ -115,14 +153,3 @@ def _above_a_motion(density: Array) -> float:
     """The most that the lowest band's noise can be beside the next two (bands); more is a motion's tail."""
     first, second = float(density[1]), float(density[2])
     return TAIL * max(first, second) * max(first / max(second, 1e-300), 1.0)
-
-
-def level_at(f: Array, middles: Array, density: Array, rise: float) -> Array:
-    """The noise's density in (m/s)²/Hz at frequencies (n) in Hz; nothing at 0 Hz."""
-    level = np.exp(
-        np.interp(np.log(np.maximum(f, 1e-6)), np.log(middles), np.log(np.maximum(density, 1e-300)))
-    )
-    below = f < middles[0]
-    level[below] = density[0] * (f[below] / middles[0]) ** rise
-    level[0] = 0.0
-    return np.asarray(level, dtype=np.float64)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.noise.motion_noise import Spectrum, level_at
+from mrctl.discover.noise.motion_noise import Spectrum
 from mrctl.identify.records import SHORTEST, Record
 
 Array = NDArray[np.float64]
@@ -94,5 +94,5 @@ def _noise_m_s(record: Record, spectrum: Spectrum | None, samples: int) -> float
     if spectrum is None:
         return 0.0
     f = np.linspace(0.0, 0.5 * record.rate_hz / record.finer, 1 + max(512, samples))
-    level = level_at(f, *spectrum) * np.sinc(f * samples / record.rate_hz) ** 2
+    level = spectrum.at(f, record.run) * np.sinc(f * samples / record.rate_hz) ** 2
     return float(np.sqrt(level.sum() * f[1]))

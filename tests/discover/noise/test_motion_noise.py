@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt, sosfiltfilt
 
-from mrctl.discover.noise.motion_noise import level_at, noise_spectrum
+from mrctl.discover.noise.motion_noise import noise_spectrum
 from mrctl.identify.records import Record
 
 RATE_HZ, SECONDS = 1000.0, 20.0
@@ -38,7 +40,7 @@ def road(noise_m: float, *, derived: str = "", seed: int = 0) -> Record:
 def level(record: Record) -> np.ndarray:
     found = noise_spectrum([record])
     assert found is not None
-    return found[1]
+    return found.density
 
 
 def test_what_another_sensor_of_the_stroke_sees_too_is_motion():
@@ -92,14 +94,45 @@ def test_noise_behind_a_low_pass_is_as_loud_at_the_motion_as_it_was_before_it(or
     noise = apply(butter(order, corner_hz, fs=RATE_HZ, output="sos"), white)
     spectrum = noise_spectrum([swaying(noise)])
     assert spectrum is not None
-    assert spectrum[1][-6] < 0.85 * DENSITY  # in the lowest of the bands it is less
-    found = level_at(np.array([0.0, 5.0, 10.0, 20.0]), *spectrum)[1:]
+    assert spectrum.density[-6] < 0.85 * DENSITY  # in the lowest of the bands it is less
+    found = spectrum.at(np.array([0.0, 5.0, 10.0, 20.0]))[1:]
     assert found == pytest.approx(DENSITY, rel=0.3)
 
 
 def test_the_tail_of_a_road_is_not_continued_to_more():
     spectrum = noise_spectrum([road(2e-3)])
     assert spectrum is not None
-    _, density, _ = spectrum
-    assert level_at(np.array([0.0, 5.0]), *spectrum)[1] == density[0]
-    assert density.size == 6
+    assert spectrum.at(np.array([0.0, 5.0]))[1] == spectrum.density[0]
+    assert spectrum.density.size == 6
+
+
+def on_a_rig_and(other: Record) -> tuple[Record, ...]:
+    """Runs of slow sines on a rig, and another as the last."""
+    rng = np.random.default_rng(11)
+    sines = (swaying(SIGMA_M_S * rng.normal(size=other.velocity_m_s.size)) for _ in range(5))
+    return *(replace(one, run=n) for n, one in enumerate(sines)), replace(other, run=5)
+
+
+@pytest.mark.parametrize("times", [2.0, 3.0])
+def test_a_sensor_that_is_louder_on_the_road_is_told_so(times):
+    louder = road(2e-3)
+    more = (
+        np.sqrt(times**2 - 1.0) * SIGMA_M_S * np.random.default_rng(5).normal(size=louder.velocity_m_s.size)
+    )
+    found = noise_spectrum(on_a_rig_and(replace(louder, velocity_m_s=louder.velocity_m_s + more)))
+    assert found is not None
+    assert list(found.louder) == [5]
+    assert found.louder[5] == pytest.approx(times**2, rel=0.2)
+    f = np.array([0.0, 100.0])
+    assert found.at(f, 5)[1] == found.louder[5] * found.at(f, 0)[1]
+
+
+@pytest.mark.parametrize("corner_hz", [30.0, 60.0, 120.0])
+def test_a_motion_that_reaches_far_is_no_louder_noise(corner_hz):
+    rng = np.random.default_rng(6)
+    n = int(RATE_HZ * SECONDS)
+    fast = sosfilt(butter(2, corner_hz, fs=RATE_HZ, output="sos"), 0.3 * rng.normal(size=n))
+    record = swaying(SIGMA_M_S * rng.normal(size=n))
+    found = noise_spectrum(on_a_rig_and(replace(record, velocity_m_s=record.velocity_m_s + fast)))
+    assert found is not None
+    assert not found.louder
