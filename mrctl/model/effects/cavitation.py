@@ -191,7 +191,8 @@ def _guesses(ranges: Ranges) -> list[Vector]:
         for share in shares
     ]
     leaking = _holding(0.95 * most, leak_m_s=0.3 * ranges.velocity_m_s)
-    return [*bent, *(_holding(share * most) for share in shares), leaking]
+    voids = [_void(share * most) for share in (0.95, 0.7)]
+    return [*bent, *(_holding(share * most) for share in shares), leaking, *voids]
 
 
 def _holding(
@@ -215,6 +216,11 @@ def _holding(
     )
 
 
+def _void(limit_n: float) -> Vector:
+    """A limit that bends the force, beyond which a small void opens that the way back closes at no force."""
+    return _point(limit_n=limit_n, knee_n=0.1 * limit_n, loss=0.9, closing_m=2e-4, refilled=0.7, most_m=1e-3)
+
+
 def _point(**values: float) -> Vector:
     """The parameters of these names, the rest neutral."""
     return tuple(values.get(p.name, p.neutral) for p in EFFECT.parameters)
@@ -226,7 +232,7 @@ def _far(ranges: Ranges) -> list[Vector]:
     if not 0.0 < most < LESS * ranges.force_n:
         return []
     plain = [_holding(share * most, rise) for share in (0.95, 0.85) for rise in (0.0, stiffer)]
-    return [*plain, _holding(0.95 * most, closing_m=1e-3, slack=1.0)]
+    return [*plain, _holding(0.95 * most, closing_m=1e-3, slack=1.0), _void(0.95 * most)]
 
 
 def _beside(p: Vector, _: Ranges) -> list[Vector]:
