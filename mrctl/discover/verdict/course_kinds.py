@@ -21,6 +21,9 @@ Level = Callable[[Record], Array]
 
 FADING = (0.03, 0.1, 0.3, 1.0)  # of all there is: how soon a force has faded
 MOMENTS_S = (0.1, 0.3, 1.0, 3.0)  # over which a mean speed is taken
+REBUILT_S, BROKEN_M = (1.0, 3.0, 10.0, 30.0), (0.1, 0.3, 1.0)  # of a fluid's structure: time at rest, way
+REBUILDS = 0.5  # of the longest record: what takes longer is broken down by the way alone
+GRAIN_S = 0.02  # over which that hardly changes
 RELAXING_S = (0.01, 0.05, 0.25)  # of a rubber's elements
 SHORT_S = 0.01  # over which an acceleration is taken
 TURNED_M = (1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3, 3.2e-3)  # ways from a turn to where a force is nearly back, ...
@@ -105,6 +108,15 @@ def _after_speed(s: Signals) -> Iterator[Columns]:
     """A fluid that thins by the mean speed of the last moments."""
     for moment in MOMENTS_S:
         yield Columns([s.each(lambda r, f, t: f * _lagged(np.abs(r.velocity_m_s), t * r.rate_hz), moment)])
+
+
+def _rested(s: Signals) -> Iterator[Columns]:
+    """A fluid whose structure motion breaks and time rebuilds (Moore, Trans. Brit. Ceram. Soc. 58 (1959))."""
+    longest_s = max(len(r) / r.rate_hz for r in s.records)
+    for rebuilt_s in (t for t in REBUILT_S if t < REBUILDS * longest_s):
+        for broken_m in BROKEN_M:
+            whole = s.each(lambda r, _, *of: _structure(r, *of), rebuilt_s, broken_m)
+            yield Columns([product(s.forces, whole)])
 
 
 def _after_current(s: Signals) -> Iterator[Columns]:
@@ -218,6 +230,11 @@ KINDS = (
         _after_speed,
     ),
     Kind(
+        "is higher after a rest, until the motion has broken that down",
+        "the same sine after a rest of a second, of ten and of a minute, one current",
+        _rested,
+    ),
+    Kind(
         "hangs on the mean current of the last moments",
         "a sine right after a minute at full current, and after one at none",
         _after_current,
@@ -295,6 +312,19 @@ def _signed(r: Record, power: float) -> Array:
 def _hat(way: Array, place: int) -> Array:
     """1 at one of the places on a way, straight to 0 at those beside it."""
     return np.asarray(np.interp(way, PLACES, np.eye(len(PLACES))[place]))
+
+
+def _structure(record: Record, rebuilt_s: float, broken_m: float) -> Array:
+    """What a record has of a structure, whole at first, that way breaks down and time rebuilds: 0 to 1."""
+    size = max(1, round(GRAIN_S * record.rate_hz))
+    speed = np.add.reduceat(np.abs(record.velocity_m_s), np.arange(0, len(record), size)) / size
+    rate = 1.0 / rebuilt_s + speed / broken_m
+    kept, settled = np.exp(-rate * size / record.rate_hz), 1.0 / (rebuilt_s * rate)
+    level, found = 1.0, [1.0]
+    for keep, end in zip(kept.tolist(), settled.tolist(), strict=True):
+        level = end + (level - end) * keep
+        found.append(level)
+    return np.interp(np.arange(len(record)), size * np.arange(len(found)), found)
 
 
 def _lagged(x: Array, samples: float) -> Array:

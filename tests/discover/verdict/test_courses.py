@@ -50,7 +50,19 @@ def relaxed(run, time_s):
     return run.displacement_m - gone
 
 
+def structure(run, rebuilt_s, broken_m):
+    """What a fluid has of the structure that time builds and motion breaks, whole at first."""
+    level, found = 1.0, []
+    for speed in np.abs(run.velocity_m_s):
+        found.append(level)
+        level += run.dt_s * ((1.0 - level) / rebuilt_s - level * speed / broken_m)
+    return np.array(found)
+
+
 STRANGERS = {
+    "is higher after a rest, until the motion has broken that down": lambda _, r: (
+        r.force_n * (1.0 + 0.4 * structure(r, 0.7, 0.05))
+    ),
     "has a stiffness that relaxes": lambda _, r: r.force_n + 4e3 * relaxed(r, 0.25) + 8e3 * relaxed(r, 0.02),
     "fades or grows with the path travelled": lambda _, r: r.force_n * (1.0 + 0.3 * np.exp(-path(r) / 0.1)),
     "fades or grows in the course of a run": lambda _, r: r.force_n * (1.0 + 0.2 * np.exp(-r.time_s / 1.0)),
