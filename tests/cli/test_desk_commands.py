@@ -73,6 +73,7 @@ def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(
 ):
     calibration, _ = identified
     report = tmp_path / "diagnosis.html"
+    among(monkeypatch, "gas_spring", "fluid_inertia", "coulomb_friction", "end_stop", "viscous_damping")
     found = _json(capsys, "diagnose", calibration, campaign, "--report", report)
     assert (found["verdict"], found["effects"]) == ("found", ["gas_spring"])
     assert found["next_run"] is None
@@ -89,7 +90,6 @@ def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(
     history = load_calibration(longer).provenance.history
     assert [step.effects for step in history][-1] == ("gas_spring",)
     assert _json(capsys, "compare", longer, campaign)["rmse_n"] < 6.0
-    among(monkeypatch, "gas_spring", "fluid_inertia", "coulomb_friction")
     again = _json(capsys, "diagnose", longer, campaign)
     assert (again["verdict"], again["effects"]) == ("none", [])
     plain = tmp_path / "plain.yaml"

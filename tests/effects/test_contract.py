@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 from dataclasses import replace
 
 import numpy as np
@@ -83,10 +84,12 @@ def test_the_neutral_values_leave_the_old_model_to_the_last_bit(effect):
     assert np.array_equal(force(extended(effect, effect.neutral), drive), force(make_damper(), drive))
 
 
-def test_the_force_stays_finite_at_every_corner_of_the_bounds(effect):
+def test_the_force_stays_finite_at_the_corners_of_the_bounds(effect):
+    """At all of them; of more parameters than twelve at as many as those have, drawn."""
     drive = make_drive(1.0, 0.001)
     base = trace(drive, make_damper())
-    for pick in range(2 ** len(effect.parameters)):
+    corners = range(2 ** len(effect.parameters))
+    for pick in random.Random(1).sample(corners, min(len(corners), 2**12)):
         corner = tuple(
             (p.low, p.high)[pick >> k & 1] if p.high > p.low else p.low
             for k, p in enumerate(effect.parameters)

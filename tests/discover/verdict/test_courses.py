@@ -108,7 +108,7 @@ def test_noise_has_no_course():
 
 
 def test_a_force_that_fades_with_the_path_is_not_called_heating(monkeypatch):
-    among(monkeypatch, "self_heating", "coulomb_friction", "viscous_damping", "stroke_dependent_damping")
+    among(monkeypatch, "self_heating", "coulomb_friction")
     found = diagnose(changed(few(rich()), STRANGERS["fades or grows with the path travelled"]))
     assert (found.verdict, found.effects) == ("unexplained", ())
     figures = diagnosis_figures(found)
