@@ -19,7 +19,8 @@ from scipy.special import fdtrc
 
 from mrctl.discover.fits.proof import Proof, chance
 from mrctl.discover.fits.tangent import Tangent
-from mrctl.discover.verdict.course_kinds import KINDS, Column, Columns, Kind, Signals
+from mrctl.discover.verdict.course_kinds import KINDS, Kind
+from mrctl.discover.verdict.course_signals import Column, Columns, Signals
 from mrctl.discover.verdict.worth import LEAST_SCORE, SIGNIFICANCE
 from mrctl.identify.parallel import in_parallel
 
