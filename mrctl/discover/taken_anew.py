@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.channels.field_past import fields_past
+from mrctl.discover.channels.own_recovery import recovers_instead
 from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
 from mrctl.discover.channels.warm_starts import begin_as_fluids_do, more_than_scales, warm_starts, warmed
 from mrctl.discover.evidence import WHOLE, Evidence
@@ -107,8 +108,8 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
     Runs that were made one after the other begin with what the last one left, which no file tells.
     before: the model without the effects, which must do worse though each run had a scale of its own: else
     any error of the runs would be a warmth. The same where nothing is left that they could take, and where a
-    run had to begin colder than a fluid does, or the force to grow with warmth: then what fades or recovers
-    as the runs go on is no warmth.
+    run had to begin colder than a fluid does, or the force to grow with warmth, or where a recovery of each
+    run's own explains clearly more: then what fades or recovers as the runs go on is no warmth.
     """
     if not proof.fit.model.effects.warm or is_quiet(proof):
         return evidence, proof
@@ -122,7 +123,7 @@ def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidenc
     earned = log_gain(proof, there) > len(anew.records) * np.log(there.independent)
     sound = earned and there.predicts_better_than(proof) and _is_plausible(there.fit)
     sound = sound and begin_as_fluids_do(there.fit) and thins_as_it_warms(there.fit)
-    sound = sound and more_than_scales(before.fit, there.fit)
+    sound = sound and more_than_scales(before.fit, there.fit) and not recovers_instead(before.fit, there.fit)
     return (anew, there) if sound else (evidence, proof)
 
 
