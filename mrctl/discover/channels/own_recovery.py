@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.channels.warm_starts import less_scales
 from mrctl.identify.batch import Batch
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
@@ -43,38 +44,30 @@ def recovers_instead(before: JointFit, warm: JointFit) -> bool:
     before: the model without warmth; warm: that with it, its runs as warm at their starts as it finds. Each
     of these may have a scale of its own, too.
     """
-    left = [_square_sum(warm, [f[None] for f in _weighed_forces(warm)])]
     ways = [np.cumsum(np.abs(r.velocity_m_s)) / r.rate_hz for r in before.model.records]
     longest = max(float(way[-1]) for way in ways)
-    for share in WAYS if longest > 0.0 else ():
-        back = [np.exp(-way / (share * longest)) for way in ways]
-        left.append(_with_own(before, back))
-    return min(left[1:], default=np.inf) < CLEARLY * left[0]
+    if longest <= 0.0:
+        return False
+    forces = before.model.predict(before.theta)
+    left = []
+    for share in WAYS:
+        back = [f * np.exp(-way / (share * longest)) for f, way in zip(forces, ways, strict=True)]
+        left.append(_square_sum_beside(before, list(zip(forces, back, strict=True))))
+    return min(left) < CLEARLY * sum(float(rest @ rest) for rest in less_scales(warm))
 
 
-def _with_own(fit: JointFit, courses: Sequence[Array]) -> float:
-    """The square sum that the model leaves, fitted beside a scale of each record and its course (n)."""
+def _square_sum_beside(fit: JointFit, own: Sequence[tuple[Array, ...]]) -> float:
+    """What the model leaves in N², fitted beside columns (n each) of each record's own."""
     plain = fit.model
     model = _OwnColumns(plain.layout, plain.records, plain.effects, plain.minimum_phase, plain.slowest_pole)
     model.weigh_as(plain)
-    forces = plain.predict(fit.theta)
     model.columns = [
-        np.stack([model.weighed(r, f), model.weighed(r, f * course)])
-        for r, f, course in zip(plain.records, forces, courses, strict=True)
+        np.stack([model.weighed(r, x) for x in columns])
+        for r, columns in zip(plain.records, own, strict=True)
     ]
     beside = model.fit(fit.theta, penalties=fit.penalties, free=fit.moving, rounds=1)
-    return _square_sum(beside, model.columns)
-
-
-def _weighed_forces(fit: JointFit) -> list[Array]:
-    model = fit.model
-    return [model.weighed(r, f) for r, f in zip(model.records, model.predict(fit.theta), strict=True)]
-
-
-def _square_sum(fit: JointFit, columns: Sequence[Array]) -> float:
-    """Of what a fit leaves, in N², less what each record's own columns (k, blocks) can take."""
-    rests = fit.model.residuals(fit.theta)
-    beyond = (_beyond(e, own[:, -e.size :]) for e, own in zip(rests, columns, strict=True))
+    rests = zip(model.residuals(beside.theta), model.columns, strict=True)
+    beyond = (_beyond(rest, columns[:, -rest.size :]) for rest, columns in rests)
     return sum(float(one @ one) for one in beyond)
 
 

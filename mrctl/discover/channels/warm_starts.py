@@ -87,12 +87,12 @@ def more_than_scales(before: JointFit, warm: JointFit) -> bool:
     ]
     scaled.spread = ANY_SCALE
     without = scaled.fit(before.theta, penalties=before.penalties, free=before.moving, rounds=1)
-    left, least = _less_scales(without), _less_scales(warm)
+    left, least = less_scales(without), less_scales(warm)
     squares = [sum(float(one @ one) for one in rest) for rest in (least, left)]
     return squares[0] < CLEARLY * squares[1]
 
 
-def _less_scales(fit: JointFit) -> list[Array]:
+def less_scales(fit: JointFit) -> list[Array]:
     """What a fit leaves of each record, less what is in proportion to its force (blocks each)."""
     model, found = fit.model, []
     for record, force, rest in zip(
