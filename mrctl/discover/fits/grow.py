@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.fits.anew import begun_anew
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, pursued, raced
 from mrctl.discover.fits.screen import Look, Screen, ranges_of
@@ -41,7 +42,8 @@ def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
     of the effect, or hardly any, and where all of these cost more than none, with hardly any of a typical
     one; with the base fitted anew beside the effect as it looked; or at the first of these with a plain lag
-    for the filter, some effects from all their starting points, a warmth also with h fitted anew.
+    for the filter, some effects from all their starting points, a warmth also with h fitted anew; what yields
+    beside bases that never met it.
     more_heats: as `raced` has it; one whose values are known needs none.
     """
     fit = before.fit
@@ -85,6 +87,9 @@ def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
             if effect.stage is Stage.TEMPERATURE:
                 cold = without_temperature(fit)
                 settled += [heated(np.concatenate([cold, point])).theta for point in points]
+        if effect.stage is Stage.YIELD:
+            reach = ranges_of(model.records)
+            settled += [begun_anew(fit, effect, point) for point in effect.starting_points(reach)]
     if effect.stage is Stage.OUTPUT and effect.parameters[0].unit == "s":
         settled += [
             np.concatenate([theta, alone.pack({effect.name: own})])

@@ -1,0 +1,56 @@
+"""What a base has made up for is found from a base that never met it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from discover.hidden import NOISE_N, RATE_HZ, bench_of
+
+from mrctl.discover.evidence import Evidence
+from mrctl.discover.fits.anew import begun_anew
+from mrctl.discover.fits.grow import grown_by
+from mrctl.discover.fits.proof import prove
+from mrctl.discover.fits.screen import ranges_of
+from mrctl.identify.effects_fit import Effects
+from mrctl.measurements.run import Campaign
+from mrctl.model.effects.registry import effect
+
+PREYIELD = effect("preyield_stiffness")
+NAMES = "yield_length_m", "compliance_m_n", "creep"
+LENGTH_M = 2e-3
+
+
+def _published() -> Campaign:
+    """Sines of one frequency and stroke at steady currents and temperatures, as in the published protocol."""
+    bench = bench_of({"preyield_stiffness": dict(zip(NAMES, (LENGTH_M, 0.0, 0.0), strict=True))}, 3)
+    runs = [
+        bench.sine(f"{i:g}A_{c:g}C", RATE_HZ, 2.387, 0.0127, 6, i, c)
+        for i in (0.0, 1.0, 2.0, 3.0)
+        for c in (30.0, 80.0)
+    ]
+    return Campaign(Path("published"), tuple(runs), "0" * 64)
+
+
+@pytest.fixture(scope="module")
+def published():
+    """The evidence of such a campaign, and the base beside it."""
+    evidence = Evidence.of(_published())
+    return evidence, evidence.base()
+
+
+def test_a_long_elastic_start_is_found_at_one_frequency(published):
+    """There the base's filter and shape make up for much of it, and no step leads back from there."""
+    evidence, base = published
+    found = prove(grown_by(base.fit, PREYIELD), evidence.folds)
+    assert found.mean_square < (1.05 * NOISE_N) ** 2 < 0.1 * base.mean_square
+    assert abs(found.fit.effect_values[PREYIELD.name][0] / LENGTH_M - 1.0) < 0.05
+
+
+def test_begun_anew_it_is_near_the_end_before_all_records_are_asked(published):
+    _, base = published
+    model = base.fit.model.with_effects(Effects((PREYIELD,)))
+    points = PREYIELD.starting_points(ranges_of(model.records))
+    theta = begun_anew(base.fit, PREYIELD, points[0])
+    assert theta.size == model.size
+    assert model.rmse_n(theta) < 0.5 * base.mean_square**0.5
