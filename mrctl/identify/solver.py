@@ -71,6 +71,9 @@ def solve(
     free = np.ones(theta.size, dtype=bool) if free is None else free
     theta = np.clip(theta, lower, upper)
     stiff = total_weight(penalties)
+    # What no data move here they may beyond a kink, so that the step which its prior alone would make fails
+    # and all others with it: then it stays.
+    alone = np.count_nonzero(np.broadcast_to(stiff, 2 * theta.shape), axis=1) <= 1
 
     def total(at: Array, data: float) -> float:
         return data + sum(0.5 * p.weight * p.excess(at) for p in penalties)
@@ -88,9 +91,10 @@ def solve(
         gradient = -system.right + sum((p.weight * p.slope(theta) for p in penalties), np.zeros(theta.size))
         held = ~free | ((theta <= lower) & (gradient > 0)) | ((theta >= upper) & (gradient < 0))
         full = system.matrix + stiff
-        step_taken = False
+        unseen = ~held & alone & (np.diag(system.matrix) <= 0.0)
+        still, step_taken = held, False
         for _ in range(12):
-            valley = _Valley.of(full, held, damping)
+            valley = _Valley.of(full, still, damping)
             if valley is None:
                 damping *= 10.0
                 continue
@@ -103,6 +107,7 @@ def solve(
             if here - there > -tolerance and float(np.abs(step).max()) < 1e-7:
                 break
             damping *= 8.0
+            still = held | unseen
         if not step_taken:
             converged = True
             break

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mrctl.discover.fits.screen import _bounded_step
+from mrctl.identify.penalties import Penalty
 from mrctl.identify.solver import Normal, solve
 
 FAR = np.full(2, np.inf)
@@ -95,3 +96,22 @@ def test_a_fit_that_goes_on_elsewhere_asks_for_no_slopes_where_it_stops():
     assert np.array_equal(passing.theta, whole.theta)
     assert np.array_equal(slopes_at[-1], whole.theta)
     assert np.array_equal(asked, slopes_at[:-1])
+
+
+def test_a_prior_does_not_hold_up_a_fit_at_a_kink():
+    """A switch between two currents moves the force only past one of them, where its prior leads."""
+    steep, pulled = 1e4, Penalty("prior", np.array([[0.0, 1.0]]), np.array([2.0]), 1.0, adapts=False)
+
+    def residual(theta):
+        return np.array([3.0 - theta[0], steep * max(theta[1] - 1.0, 0.0)])
+
+    def cost(theta):
+        rest = residual(theta)
+        return 0.5 * float(rest @ rest)
+
+    def normal(theta):
+        slopes = np.diag([1.0, -steep if theta[1] > 1.0 else 0.0])
+        return Normal(slopes.T @ slopes, slopes.T @ residual(theta), cost(theta))
+
+    found = solve(normal, cost, np.array([0.0, 1.0]), -FAR, FAR, [pulled])
+    assert found.theta == pytest.approx([3.0, 1.0], abs=1e-4)

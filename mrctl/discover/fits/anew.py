@@ -6,9 +6,13 @@ fit that begins with them stays there. On few knots and few records there is but
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE
+from mrctl.discover.fits.screen import ranges_of
 from mrctl.identify import hysteresis
 from mrctl.identify.best import ROUGH_KNOTS, coarser, enough, few, moved
 from mrctl.identify.effects_fit import Effects
@@ -19,9 +23,26 @@ from mrctl.model.effects.base import Effect, Vector
 
 Array = NDArray[np.float64]
 
+MOST = 3  # that a fit goes on from
 LAG_HZ = 10.0
 TABLES, BASE, BOTH = 6, 8, 12  # iterations of each: behind a plain lag, with the filter, with the effect
 TOLERANCE = 1e-3  # share of the cost that another one must win
+
+
+def best_anew(fit: JointFit, effect: Effect, heat: Callable[..., JointFit]) -> list[Array]:
+    """The vectors, best first, of those bases beside an effect from which its other parameters may join.
+
+    heat: as `JointModel.fit` of the model with the effect, on a few records.
+    """
+    needed = np.concatenate([fit.moving, effect.needed])
+    begins = [
+        begun_anew(fit, effect, point) for point in effect.starting_points(ranges_of(fit.model.records))
+    ]
+    heats = [
+        heat(theta, free=needed, iterations=2 * HEAT, tolerance=HEAT_TOLERANCE, passing=True)
+        for theta in begins
+    ]
+    return [one.theta for one in sorted(heats, key=lambda one: one.total)[:MOST]]
 
 
 def begun_anew(fit: JointFit, effect: Effect, point: Vector) -> Array:
@@ -44,7 +65,7 @@ def begun_anew(fit: JointFit, effect: Effect, point: Vector) -> Array:
     whole = np.arange(theta.size) < layout.size
     tables, both = whole.copy(), whole.copy()
     tables[part] = False
-    both[theta.size - own.size :] = [not (p.held or p.optional) for p in effect.parameters]
+    both[theta.size - own.size :] = effect.needed
     for free, iterations in ((tables, TABLES), (whole, BASE), (both, BOTH)):
         theta = model.fit(theta, rounds=1, iterations=iterations, tolerance=TOLERANCE, free=free).theta
         model.reweigh(theta)

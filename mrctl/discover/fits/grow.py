@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.anew import begun_anew
+from mrctl.discover.fits.anew import best_anew
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, pursued, raced
 from mrctl.discover.fits.screen import Look, Screen, ranges_of
@@ -88,8 +88,7 @@ def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
                 cold = without_temperature(fit)
                 settled += [heated(np.concatenate([cold, point])).theta for point in points]
         if effect.stage is Stage.YIELD:
-            reach = ranges_of(model.records)
-            settled += [begun_anew(fit, effect, point) for point in effect.starting_points(reach)]
+            settled += best_anew(fit, effect, heat)
     if effect.stage is Stage.OUTPUT and effect.parameters[0].unit == "s":
         settled += [
             np.concatenate([theta, alone.pack({effect.name: own})])

@@ -108,7 +108,7 @@ def _heat(fit: JointFit, on: JointModel, effect: Effect, *, beside: bool = False
     What is optional of it stays where it began: so early it would lead into any valley.
     """
     model = on.with_effects(Effects((*fit.model.effects.chosen, effect)))
-    own = [not (beside or p.held or p.optional) for p in effect.parameters]
+    own = [needed and not beside for needed in effect.needed]
     return partial(
         model.fit,
         penalties=weighed_as(fit.penalties, model.penalties()),

@@ -294,6 +294,11 @@ class Effect:
         return tuple(parameter.neutral for parameter in self.parameters)
 
     @property
+    def needed(self) -> tuple[bool, ...]:
+        """Which parameters move from the first: what is optional joins a fit that stands."""
+        return tuple(not (p.held or p.optional) for p in self.parameters)
+
+    @property
     def typical(self) -> Vector:
         """Parameters of the usual size."""
         return tuple(parameter.typical for parameter in self.parameters)
