@@ -71,7 +71,8 @@ class Backbone:
 def on_weights(current_a: Array, off_below_a: float, on_above_a: float) -> Array:
     """`mrctl.model.static.on_weight`, sample by sample."""
     width = max(on_above_a - off_below_a, 1e-9)
-    return np.clip((current_a - off_below_a) / width, 0.0, 1.0)
+    # Where the two have crossed, what is above the lower one is on.
+    return np.where(current_a >= on_above_a, 1.0, np.clip((current_a - off_below_a) / width, 0.0, 1.0))
 
 
 def backbone(inputs: Inputs, t: Tables) -> Backbone:

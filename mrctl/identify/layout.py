@@ -32,6 +32,10 @@ class Layout:
     force_scale_n: float
     two_states: bool  # h differs off and on
     free_blend: bool  # the two currents of the off-to-on transition are fitted
+    latest_off_a: float  # off ends there at the latest, ...
+    earliest_on_a: (
+        float  # ... and on begins there at the earliest: else a state is lost, and no step finds it
+    )
 
     def with_order(self, order: int) -> Layout:
         """The same tables with another filter order."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ Array = NDArray[np.float64]
 
 OFF_CURRENT_A = 0.1  # the paper's "off": the coil is not driven
 WARM_STEP_K = 15.0  # between the knots of h where the fluid may be warmer than the case
+LEAST_OFF = 0.05  # of the currents' span, in which a damper may still be off
 LEAST_SPAN_C = 3.0  # temperatures that differ by less say nothing about h
 
 
@@ -42,7 +44,8 @@ def layout_for(
     zero = int(np.flatnonzero(velocity == 0.0)[0])
     gauge = gauge if gauge != zero else velocity.size - 1
     force_scale = float(np.max([np.quantile(np.abs(r.force_n), 0.98) for r in records])) or 1.0
-    off, on, free = _transition(currents)
+    switch = _transition(currents)
+    off = switch.off_a
     two = temperature.size > 1 and off < float(currents.knots[-1]) and _has_off(records, off)
     return Layout(
         current_a=currents.knots,
@@ -51,11 +54,13 @@ def layout_for(
         reference=0,
         gauge=gauge,
         off_below_a=off,
-        on_above_a=on,
+        on_above_a=switch.on_a,
         order=order,
         force_scale_n=force_scale,
         two_states=two,
-        free_blend=two and free,
+        free_blend=two and switch.free,
+        latest_off_a=switch.latest_off_a,
+        earliest_on_a=switch.earliest_on_a,
     )
 
 
@@ -71,17 +76,36 @@ def _temperature_knots(records: Sequence[Record]) -> Array:
     return np.linspace(low, high, count)
 
 
-def _transition(currents: knots.Levels) -> tuple[float, float, bool]:
-    """The largest off and the smallest on current, and whether the data can move them."""
+class _Transition(NamedTuple):
+    """The largest off and the smallest on current, whether the data can move them, and how far."""
+
+    off_a: float
+    on_a: float
+    free: bool
+    latest_off_a: float
+    earliest_on_a: float
+
+
+def _transition(currents: knots.Levels) -> _Transition:
+    """Where it begins. None of the two states may lose all its currents on the way."""
     i = currents.knots
+    low, high = float(i[0]), float(i[-1])
     if i.size == 1:
-        edge = max(OFF_CURRENT_A, float(i[0])) if i[0] <= OFF_CURRENT_A else 0.0
-        return edge, edge, False
+        edge = max(OFF_CURRENT_A, low) if low <= OFF_CURRENT_A else 0.0
+        return _Transition(edge, edge, free=False, latest_off_a=high, earliest_on_a=low)
     if currents.held:
-        # Held levels: nothing is seen between the lowest and the next.
-        return float(i[0]), float(i[1] + (0.5 * (i[2] - i[1]) if i.size > 2 else 0.0)), i.size > 2
-    low = float(i[0])
-    return low + 0.02 * float(np.ptp(i)), low + 0.3 * float(np.ptp(i)), True
+        # Nothing is seen between the lowest level and the next.
+        first, more = float(i[1]), i.size > 2
+        on = first + (0.5 * float(i[2] - i[1]) if more else 0.0)
+        return _Transition(low, on, more, latest_off_a=first, earliest_on_a=0.5 * (low + first))
+    span = high - low
+    return _Transition(
+        low + 0.02 * span,
+        low + 0.3 * span,
+        free=True,
+        latest_off_a=high,
+        earliest_on_a=low + LEAST_OFF * span,
+    )
 
 
 def _has_off(records: Sequence[Record], off: float) -> bool:
