@@ -34,10 +34,9 @@ def best_anew(fit: JointFit, effect: Effect, heat: Callable[..., JointFit]) -> l
 
     heat: as `JointModel.fit` of the model with the effect, on a few records.
     """
+    points = effect.starting_points(ranges_of(fit.model.records))
+    begins = [begun_anew(fit, effect, point) for point in points]
     needed = np.concatenate([fit.moving, effect.needed])
-    begins = [
-        begun_anew(fit, effect, point) for point in effect.starting_points(ranges_of(fit.model.records))
-    ]
     heats = [
         heat(theta, free=needed, iterations=2 * HEAT, tolerance=HEAT_TOLERANCE, passing=True)
         for theta in begins

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.anew import begun_anew
 from mrctl.discover.fits.grow import without_temperature
 from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, promised, pursued
 from mrctl.discover.fits.screen import Look, Screen
@@ -62,7 +61,6 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     its knees in g; from there each small step towards a dashpot makes matters worse, until g is as sharp as
     behind one. No tangent shows that. Nor that of a base which has a friction's knee in its g, or g blunt for
     a spring before what yields, or which has bent its h to and fro for a warmth that the case does not show.
-    Beside what yields a base is begun anew, too.
     """
     fit = screen.tangent.fit
     warm = effect.stage is Stage.TEMPERATURE
@@ -73,8 +71,6 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     if warm or effect.stage in _KNOWN_FORCE:  # the base settles beside it first
         settle = _heat(fit, few, effect, beside=True)
         starts = [settle(start).theta for start in starts]
-    if effect.stage is Stage.YIELD:
-        starts += [begun_anew(fit, effect, point) for point in points]
     # A few records are fitted better by any model than all are.
     least = screen.tangent.glance(effect).left_alone
     heats = [heat(start) for start in starts]

@@ -9,9 +9,10 @@ from discover.hidden import NOISE_N, RATE_HZ, bench_of
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.anew import begun_anew
-from mrctl.discover.fits.grow import grown_by
-from mrctl.discover.fits.proof import prove
 from mrctl.discover.fits.screen import ranges_of
+from mrctl.discover.fits.tangent import Tangent
+from mrctl.discover.search.levels import tried
+from mrctl.discover.search.looks import looks
 from mrctl.identify.effects_fit import Effects
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.registry import effect
@@ -42,8 +43,11 @@ def published():
 def test_a_long_elastic_start_is_found_at_one_frequency(published):
     """There the base's filter and shape make up for much of it, and no step leads back from there."""
     evidence, base = published
-    found = prove(grown_by(base.fit, PREYIELD), evidence.folds)
-    assert found.mean_square < (1.05 * NOISE_N) ** 2 < 0.1 * base.mean_square
+    tangent = Tangent.of(base.fit)
+    (look,) = looks(tangent, [PREYIELD])
+    found = tried(base, tangent, evidence.folds, look)
+    assert look.gain > 0.9 * float(tangent.residual @ tangent.residual)
+    assert found.proof.mean_square < (1.05 * NOISE_N) ** 2 < 0.1 * base.mean_square
     assert abs(found.fit.effect_values[PREYIELD.name][0] / LENGTH_M - 1.0) < 0.05
 
 
