@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.base_fit import fitted_to
-from mrctl.discover.channels.field_past import fields_past
+from mrctl.discover.channels.field_past import came_down, farther, fields_past
 from mrctl.discover.channels.own_recovery import recovers_instead
 from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
 from mrctl.discover.channels.warm_starts import begin_as_fluids_do, more_than_scales, warm_starts, warmed
@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 STILL_FALLS = 0.98  # of a model's mean square: less than that is not worth other times
 PASTS = 3  # times that the runs' pasts are taken: a model has made up for some
 WARM_K = 1.0  # that no run's fluid is further from all others: it began as they did
+FARTHER = 2.0**0.5  # by which factor all pasts are moved at once
 PLACINGS = 6  # as PASTS, of the strokes' zeros: a stop's place and theirs go together
 MEASURED = 0.03  # of a run's stroke, that a measured one's zero may be off; ...
 MOST_LEFT = 0.5  # ... if that leaves no more of a model's mean square than this, ...
@@ -99,7 +100,25 @@ def remembered(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
             break
         evidence = evidence.each(past)
         proof = prove(fitted_to(evidence.records, proof.fit, others), evidence.folds)
-    return evidence, proof
+    return _together(evidence, proof) if fields and came_down(evidence.records) else (evidence, proof)
+
+
+def _together(evidence: Evidence, proof: Proof) -> tuple[Evidence, Proof]:
+    """The pasts farther or nearer, all alike, and the model fitted to them, as far as that leaves less.
+
+    A loop too wide makes up for currents that came down by too little: neither moves without the other.
+    """
+    best = evidence, proof
+    for by in (FARTHER, 1.0 / FARTHER):
+        for _ in range(PASTS):
+            anew = best[0].each(partial(farther, by=by))
+            there = prove(fitted_to(anew.records, best[1].fit), anew.folds)
+            if there.mean_square >= STILL_FALLS * best[1].mean_square:
+                break
+            best = anew, there
+        if best[1] is not proof:
+            break
+    return best
 
 
 def begun_warm(evidence: Evidence, proof: Proof, before: Proof) -> tuple[Evidence, Proof]:

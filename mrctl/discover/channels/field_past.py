@@ -60,6 +60,20 @@ def fields_past(model: JointModel, theta: Array) -> Past | None:
     return past
 
 
+def farther(records: Sequence[Record], by: float) -> list[Record]:
+    """The records whose first currents came down, from as many times as far above."""
+    return [
+        replace(r, before_a=first + by * (r.before_a - first)) if r.before_a > first else r
+        for r in records
+        for first in [float(r.current_a[0])]
+    ]
+
+
+def came_down(records: Sequence[Record]) -> bool:
+    """Whether any record's first current did."""
+    return any(r.before_a > float(r.current_a[0]) for r in records)
+
+
 def _errors(model: JointModel, theta: Array, before_a: Array) -> Array:
     """Each record's mean square error, its first current reached from these (records)."""
     records = [replace(r, before_a=b) for r, b in zip(model.records, before_a.tolist(), strict=True)]
