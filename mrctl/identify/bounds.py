@@ -33,10 +33,8 @@ def base_bounds(
         lower[parts[name]], upper[parts[name]] = np.log(0.05), np.log(20.0)
     if layout.free_blend:
         low, high = float(layout.current_a[0]), float(layout.current_a[-1])
-        lower[parts["blend"]], upper[parts["blend"]] = (
-            [low, layout.earliest_on_a],
-            [layout.latest_off_a, high],
-        )
+        lower[parts["blend"]] = low, layout.earliest_on_a
+        upper[parts["blend"]] = layout.latest_off_a, high
     order = layout.order
     top = FASTEST_POLE * rate_hz
     poles = np.arange(parts["filter"].start, parts["filter"].start + order)

@@ -32,10 +32,8 @@ class Layout:
     force_scale_n: float
     two_states: bool  # h differs off and on
     free_blend: bool  # the two currents of the off-to-on transition are fitted
-    latest_off_a: float  # off ends there at the latest, ...
-    earliest_on_a: (
-        float  # ... and on begins there at the earliest: else a state is lost, and no step finds it
-    )
+    latest_off_a: float  # where off ends at the latest, ...
+    earliest_on_a: float  # ... and where on begins at the earliest: a state once lost is found by no step
 
     def with_order(self, order: int) -> Layout:
         """The same tables with another filter order."""

@@ -71,8 +71,8 @@ def solve(
     free = np.ones(theta.size, dtype=bool) if free is None else free
     theta = np.clip(theta, lower, upper)
     stiff = total_weight(penalties)
-    # What no data move here they may beyond a kink, so that the step which its prior alone would make fails
-    # and all others with it: then it stays.
+    # A parameter that no data move here they may move beyond a kink: a step that its prior alone makes across
+    # it fails, and all others' with it. Then it stays.
     alone = np.count_nonzero(np.broadcast_to(stiff, 2 * theta.shape), axis=1) <= 1
 
     def total(at: Array, data: float) -> float:

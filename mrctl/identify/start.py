@@ -99,13 +99,8 @@ def _transition(currents: knots.Levels) -> _Transition:
         on = first + (0.5 * float(i[2] - i[1]) if more else 0.0)
         return _Transition(low, on, more, latest_off_a=first, earliest_on_a=0.5 * (low + first))
     span = high - low
-    return _Transition(
-        low + 0.02 * span,
-        low + 0.3 * span,
-        free=True,
-        latest_off_a=high,
-        earliest_on_a=low + LEAST_OFF * span,
-    )
+    off, on, earliest = (low + share * span for share in (0.02, 0.3, LEAST_OFF))
+    return _Transition(off, on, free=True, latest_off_a=high, earliest_on_a=earliest)
 
 
 def _has_off(records: Sequence[Record], off: float) -> bool:
