@@ -6,7 +6,7 @@ fit that begins with them stays there. On few knots and few records there is but
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,39 +34,40 @@ def best_anew(fit: JointFit, effect: Effect, heat: Callable[..., JointFit]) -> l
 
     heat: as `JointModel.fit` of the model with the effect, on a few records.
     """
-    points = effect.starting_points(ranges_of(fit.model.records))
-    begins = [begun_anew(fit, effect, point) for point in points]
     needed = np.concatenate([fit.moving, effect.needed])
     heats = [
         heat(theta, free=needed, iterations=2 * HEAT, tolerance=HEAT_TOLERANCE, passing=True)
-        for theta in begins
+        for theta in begun_anew(fit, effect, effect.starting_points(ranges_of(fit.model.records)))
     ]
     return [one.theta for one in sorted(heats, key=lambda one: one.total)[:MOST]]
 
 
-def begun_anew(fit: JointFit, effect: Effect, point: Vector) -> Array:
-    """The vector of a model with one more effect, fitted roughly from a base that knows nothing of this one.
+def begun_anew(fit: JointFit, effect: Effect, points: Sequence[Vector]) -> list[Array]:
+    """The vectors of a model with one more effect, fitted roughly from a base that knows nothing of this one.
 
-    point: where the effect begins (SI). What is optional of it stays there; the effects that the model has
-    already stay as they are.
+    points: where the effect begins (SI), for one vector each. What is optional of it stays there; the effects
+    that the model has already stay as they are.
     """
-    chosen = (*fit.model.effects.chosen, effect)
-    records = enough([coarser(r) for r in few(fit.model.records)])
-    layout = layout_for(records, fit.model.layout.order, velocity_knots=ROUGH_KNOTS)
-    model = JointModel(
-        layout, records, Effects(chosen), minimum_phase=True, slowest_pole=fit.model.slowest_pole
-    )
-    base = start_values(JointModel(layout, records))
+    plain = fit.model
+    records = enough([coarser(r) for r in few(plain.records)])
+    layout = layout_for(records, plain.layout.order, velocity_knots=ROUGH_KNOTS)
     part = layout.parts["filter"]
+    base = start_values(JointModel(layout, records))
     base[part] = hysteresis.lag(LAG_HZ)
-    own = Effects((effect,)).pack({effect.name: effect.within(point)})
-    theta = np.concatenate([base, fit.theta[fit.model.layout.size :], own])
-    whole = np.arange(theta.size) < layout.size
+    found = fit.theta[plain.layout.size :]
+    chosen, alone = Effects((*plain.effects.chosen, effect)), Effects((effect,))
+    whole = np.arange(layout.size + chosen.size) < layout.size
     tables, both = whole.copy(), whole.copy()
     tables[part] = False
-    both[theta.size - own.size :] = effect.needed
-    for free, iterations in ((tables, TABLES), (whole, BASE), (both, BOTH)):
-        theta = model.fit(theta, rounds=1, iterations=iterations, tolerance=TOLERANCE, free=free).theta
-        model.reweigh(theta)
-    there = fit.model.layout.pack(moved(layout.unpack(theta[: layout.size]), layout, fit.model.layout))
-    return np.concatenate([there, theta[layout.size :]])
+    both[layout.size + found.size :] = effect.needed
+
+    def begun(point: Vector) -> Array:
+        model = JointModel(layout, records, chosen, minimum_phase=True, slowest_pole=plain.slowest_pole)
+        theta = np.concatenate([base, found, alone.pack({effect.name: effect.within(point)})])
+        for free, iterations in ((tables, TABLES), (whole, BASE), (both, BOTH)):
+            theta = model.fit(theta, rounds=1, iterations=iterations, tolerance=TOLERANCE, free=free).theta
+            model.reweigh(theta)
+        there = plain.layout.pack(moved(layout.unpack(theta[: layout.size]), layout, plain.layout))
+        return np.concatenate([there, theta[layout.size :]])
+
+    return [begun(point) for point in points]

@@ -146,14 +146,11 @@ def _guesses(_: Ranges) -> list[Vector]:
     ]
 
 
-def _far(_: Ranges) -> list[Vector]:
+def _far(reach: Ranges) -> list[Vector]:
     # A spring in series with what yields: no tangent of a base whose g has made up for it shows a knee. And
     # at one frequency a filter and g make up for any shape that turns round late.
-    return [
-        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.8),
-        (5e-4, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        (5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    ]
+    dahl, maxwell, *_ = _guesses(reach)
+    return [(5e-4, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.8), dahl, maxwell]
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:

@@ -55,6 +55,6 @@ def test_begun_anew_it_is_near_the_end_before_all_records_are_asked(published):
     _, base = published
     model = base.fit.model.with_effects(Effects((PREYIELD,)))
     points = PREYIELD.starting_points(ranges_of(model.records))
-    theta = begun_anew(base.fit, PREYIELD, points[0])
+    (theta,) = begun_anew(base.fit, PREYIELD, points[:1])
     assert theta.size == model.size
     assert model.rmse_n(theta) < 0.5 * base.mean_square**0.5
