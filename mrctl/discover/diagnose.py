@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover import taken_anew
+from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.proof import Proof
 from mrctl.discover.search.levels import Level
@@ -32,6 +33,7 @@ from mrctl.model.effects.registry import effects
 Array = NDArray[np.float64]
 
 SLIGHT = 0.1  # of the mean square that a base leaves: effects that take less and are not borne out are none
+MOSTLY_THE_CLOCK = 0.5  # of what a base misses, that goes with an earlier current
 AS_WELL = 1.05  # in what is left, of a diagnosis with more effects
 
 
@@ -94,14 +96,30 @@ def _mended(evidence: Evidence, base: Proof, known: Sequence[Effect], report: Re
         search = partial(search, fitted=(evidence, best))
         zeroed = evidence.zeroed(best.fit)
     early = zeroed.synchronised(base.fit)
-    found = search(early)
-    if early is not zeroed and found.found:
-        # What is missing may have made the current seem late.
-        found = _better(search(zeroed), found)
+    found = search(zeroed) if early is zeroed else _of_either_clock(search, zeroed, early, base)
     if zeroed is not evidence and (found.found or found.verdict == "unexplained"):
         # What is missing may have seemed to be the runs' own zeros.
         found = _better(search(evidence), found)
     return found
+
+
+def _of_either_clock(
+    search: Callable[[Evidence], Diagnosis], plain: Evidence, early: Evidence, base: Proof
+) -> Diagnosis:
+    """The diagnosis of runs whose current seems late: it is, or what is missing makes it seem so.
+
+    An earlier current that leaves most of what is missing is asked second; and not at all, where effects
+    leave less without it than it takes.
+    """
+    here, there = (fitted_to(one.records, base.fit) for one in (plain, early))
+    taken = 1.0 - there.total / here.total
+    if taken > MOSTLY_THE_CLOCK:
+        found = search(early)
+        return _better(search(plain), found) if found.found else found
+    found = search(plain)
+    if found.verdict in NAMING and found.balance.left < taken * found.base.mean_square:
+        return found
+    return _better(found, search(early))
 
 
 def _never_back(report: Report) -> Report:
