@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,12 @@ from mrctl.identify.penalties import weighed_as
 from mrctl.model.effects.base import Effect, Stage, Vector
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 KEPT = 0.5  # of what a few records promised, with which no other start is tried
 MORE_HEATS = 2  # for starts that promise nothing yet, but would if they went on as they did last
+SAME = 1e-6  # of a cost, that two starts may be apart and be one, ...
+SAME_END = 0.5  # ... and a log-likelihood, that two ends may be
 FAINT = 0.1  # of the best gain: what a few records promise less of is not gone on with
 _KNOWN_FORCE = (Stage.ADDITIVE, Stage.ROD)  # which hangs on no other parameter
 WINDING, FEWEST_TO_WIND = 0.1, 3  # of h, that it goes back on its way; over so many knots
@@ -68,6 +72,8 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     alone, heat = Effects((effect,)), _heat(fit, few, effect)
     base = without_temperature(fit) if warm else fit.theta
     starts = [np.concatenate([base, alone.pack({effect.name: effect.within(point)})]) for point in points]
+    model = few.with_effects(Effects((*fit.model.effects.chosen, effect)))
+    starts = _unlike(starts, model.cost, lambda cost: SAME * cost)
     if warm or effect.stage in _KNOWN_FORCE:  # the base settles beside it first
         settle = _heat(fit, few, effect, beside=True)
         starts = [settle(start).theta for start in starts]
@@ -76,8 +82,21 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     heats = [heat(start) for start in starts]
     for _ in range(MORE_HEATS):
         heats = [heat(one.theta) if promised(one) < least < one.total else one for one in heats]
-    found = [Promise(effect, one.theta, 2.0 * fit.total * (least - one.total) / least) for one in heats]
-    return sorted(found, key=lambda one: -one.gain)
+    ends = _unlike(heats, lambda one: one.total, lambda _: SAME_END)
+    return [Promise(effect, one.theta, 2.0 * fit.total * (least - one.total) / least) for one in ends]
+
+
+def _unlike(these: Sequence[T], cost: Callable[[T], float], same: Callable[[float], float]) -> list[T]:
+    """Those that do not cost the same as another, by how little costs may be apart; the cheapest first.
+
+    What tells far points apart may not act in this campaign, or be cut off at one bound.
+    """
+    costs = [cost(one) for one in these]
+    kept: list[tuple[float, T]] = []
+    for k in np.argsort(costs, kind="stable"):
+        if not kept or costs[k] - kept[-1][0] > same(costs[k]):
+            kept.append((costs[k], these[k]))
+    return [one for _, one in kept]
 
 
 def far_look(screen: Screen, worth: Sequence[Promise]) -> Look | None:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from discover.hidden import NOISE_N, RATE_HZ, bench_of
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.fits.anew import begun_anew
+from mrctl.discover.fits.anew import ENOUGH, _shortest, begun_anew
 from mrctl.discover.fits.screen import ranges_of
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.discover.search.levels import tried
 from mrctl.discover.search.looks import looks
 from mrctl.identify.effects_fit import Effects
+from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.registry import effect
 
@@ -58,3 +60,21 @@ def test_begun_anew_it_is_near_the_end_before_all_records_are_asked(published):
     (theta,) = begun_anew(base.fit, PREYIELD, points[:1])
     assert theta.size == model.size
     assert model.rmse_n(theta) < 0.5 * base.mean_square**0.5
+
+
+@pytest.mark.parametrize(("busy_from_s", "from_the_beginning"), [(0.0, True), (30.0, False)])
+def test_a_long_run_is_asked_where_it_says_most_and_never_from_a_turn(busy_from_s, from_the_beginning):
+    """What went before a part is not known; while the damper turns it says most."""
+    rate = 500.0
+    t = np.arange(0.0, 50.0, 1.0 / rate)
+    busy = np.where(t >= busy_from_s, 1.0, 0.2)
+    zeros = np.zeros(t.size)
+    velocity = 0.3 * busy * np.sin(2 * np.pi * 1.3 * t)
+    record = Record(0, rate, velocity, 2.0 * busy, zeros + 30.0, 900.0 * velocity, zeros, zeros)
+    (part,) = _shortest([record])
+    assert len(part) == ENOUGH
+    if from_the_beginning:
+        assert np.array_equal(part.velocity_m_s, velocity[:ENOUGH])
+    else:
+        assert abs(part.velocity_m_s[0]) > 0.3 * np.abs(velocity).max()
+    assert np.ptp(part.velocity_m_s) > 0.95 * np.ptp(velocity)

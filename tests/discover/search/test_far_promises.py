@@ -26,3 +26,17 @@ def test_what_the_base_itself_takes_off_a_few_records_is_not_promised():
     for effect, points in asked:
         assert tangent.few(effect) is not fit.model
         assert promises(screen, effect, points)[0].gain < LITTLE * 2.0 * fit.total
+
+
+def test_far_points_that_end_alike_are_gone_on_with_once():
+    """What tells them apart may not act in a campaign: each would be fitted to all records alike."""
+    spring = {"preload_n": 50.0, "stiffness_n_m": 6000.0, "progression_per_m": 1.0}
+    evidence = Evidence.of(rich({"gas_spring": spring}))
+    fit = evidence.base().fit
+    screen = Screen(Tangent.of(fit), reach_of(fit.model))
+    ((effect, points),) = far_points(screen, evidence.sized([effects()["coulomb_friction"]]))
+    once, twice = promises(screen, effect, points), promises(screen, effect, [*points, *points])
+    assert [one.gain for one in once] == [one.gain for one in twice]
+    assert len(once) <= len(points)
+    costs = [one.gain for one in once]
+    assert costs == sorted(costs, reverse=True)
