@@ -86,6 +86,7 @@ def test_a_change_behind_a_limit_is_that_of_a_small_step(held):
         "filling_per_s": 20.0,
         "by_flow": 0.6,
         "most_m": 8e-3,
+        "turning": 0.4,
     }
     cavitation = effects()["cavitation"]
     assert set(limit) == {p.name for p in cavitation.parameters}

@@ -73,8 +73,9 @@ def _bent(
     """The force in N nears the limit, but does not reach it.
 
     What fluid does not follow opens a cavity, by the share of the force that is missing or by the flow that
-    is; the way back must close it first, but for what other flow has filled meanwhile; where another valve
-    leads to it, it closes the faster.
+    is, which fills it again as the piston slows down; the way back must close it first, but for what other
+    flow has filled meanwhile; where another valve leads to it, it closes the faster. It costs rebound force:
+    one that still pushes as the piston turns, since it comes late, is none yet, but may be lost too.
     """
     opens = 0.0
     if force_n < 0.0:
@@ -86,8 +87,10 @@ def _bent(
         force_n *= most
         opens = abs(velocity_m_s) * (1.0 - most)
         if p[14] > 0.0:
-            follows = compression_speed(-force_n / max(level_n, LEAST_N), tables)
-            opens += p[14] * (max(-velocity_m_s - follows, 0.0) - opens)
+            flow = 0.0
+            if velocity_m_s < 0.0:
+                flow = -velocity_m_s - compression_speed(limit_n / max(level_n, LEAST_N), tables)
+            opens += p[14] * (flow - opens)
         opens *= 1.0 - p[5]
     if velocity_m_s > 0.0:  # an empty one stays empty, but what hangs on that must not jump as it fills
         opens -= velocity_m_s + p[8]
@@ -95,7 +98,8 @@ def _bent(
     s[0] = max(after_m, 0.0) * math.exp(-p[13] * dt_s)
     s[4] = opens
     if velocity_m_s > 0.0:
-        force_n *= 1.0 - p[2] * _open(before_m, after_m, p[3])
+        lost = p[2] if force_n > 0.0 else p[16] * p[2]
+        force_n *= 1.0 - lost * _open(before_m, after_m, p[3])
     return force_n
 
 
@@ -239,7 +243,7 @@ def _beside(p: Vector, _: Ranges) -> list[Vector]:
     # No small step leads from a cavity that is never full to one that is.
     if p[2] <= 0.0 and p[7] <= 0.0:
         return []
-    return [(*p[:15], most_m) for most_m in MOST_M]
+    return [(*p[:15], most_m, *p[16:]) for most_m in MOST_M]
 
 
 EFFECT = Effect(
@@ -250,13 +254,13 @@ EFFECT = Effect(
         "F / (1 + (|F|/limit')^n)^(1/n) where F < 0, "
         f"limit' = limit (1 - rise x) (1 + warming (T - {REFERENCE_C:g})), at least {LEAST_SHARE:g} limit; "
         f"n = log(1/2) / log(1 - knee/limit), knee/limit at most {SOFTEST:g} there; "
-        "cavity y: dy/dt = (1 - refilled) |v| (the share of F that is held back; by flow: the share of |v| "
-        "beyond the speed at which b1 would be so) - filling y, y at most `most`, less v on the way back "
-        "(v > 0), where F is 1 - loss y/(y + closing) of itself; held: F goes by that part of "
-        "y/(y + closing) to -limit' (1 + firming y), where v > 0 to 1 - slack of it, while y > 0, with "
-        "dy/dt = -v - v1, where b1 would be that at v1, less leak, as it opens (1 - refilled) of that less "
-        "leak, less filling y, and y there without the leak while it opens; what this "
-        "takes off F (of b1 where held) comes by swing lag^2 d2/dt2 + lag d/dt + 1"
+        "cavity y: dy/dt = (1 - refilled) (|v| times the share of F that is held back; by flow: |v| less the "
+        "speed at which b1 would be at -limit') - filling y, y at most `most`, less v on the way back "
+        "(v > 0), where F is 1 - loss y/(y + closing) of itself, with `turning` loss while F < 0; held: F "
+        "goes by that part of y/(y + closing) to -limit' (1 + firming y), where v > 0 to 1 - slack of it, "
+        "while y > 0, with dy/dt = -v - v1, where b1 would be that at v1, less leak, as it opens "
+        "(1 - refilled) of that less leak, less filling y, and y there without the leak while it opens; what "
+        "this takes off F (of b1 where held) comes by swing lag^2 d2/dt2 + lag d/dt + 1"
     ),
     source="The chamber's pressure falls to the vapour's; Dixon, The Shock Absorber Handbook, 2nd ed.",
     parameters=(
@@ -364,7 +368,7 @@ EFFECT = Effect(
             0.0,
             1.0,
             0.0,
-            "part of it that opens by the flow that lacks, not by the force's share that does",
+            "part of it that goes by the flow that lacks, not by the force's share that does",
             0.3,
             optional=True,
         ),
@@ -379,6 +383,17 @@ EFFECT = Effect(
             1e-3,
             optional=True,
             endless=True,
+        ),
+        Parameter(
+            "turning",
+            "1",
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            "part of the loss that a force has which still pushes as the piston turns",
+            0.3,
+            optional=True,
         ),
     ),
     step=step,

@@ -15,8 +15,8 @@ CAVITY = {
     "knee_n": 40.0,
     "loss": 1.0,
     "closing_m": 1.2e-4,
-    "refilled": 0.75,
-    "most_m": 7e-4,
+    "refilled": 0.4,
+    "most_m": 1e-3,
 }
 
 
@@ -27,7 +27,7 @@ def test_the_first_fit_leaves_its_noise_and_knows_how_large_it_gets():
     tangent = Tangent.of(base.fit)
     (look,) = looks(tangent, [effects()["cavitation"]])
     found = tried(base, tangent, evidence.folds, look)
-    assert found.proof.mean_square < (1.05 * NOISE_N) ** 2 < 0.02 * base.mean_square
+    assert found.proof.mean_square < (1.05 * NOISE_N) ** 2 < 0.03 * base.mean_square
     values = effects()["cavitation"].mapping(found.fit.effect_values["cavitation"])
     assert abs(values["most_m"] / CAVITY["most_m"] - 1.0) < 0.15
     assert abs(values["limit_n"] / CAVITY["limit_n"] - 1.0) < 0.01
