@@ -112,6 +112,7 @@ def _cavitation(p, case):
             "knee_n": f"{FORM}: sharp",
             "loss": 0.85,
             "closing_m": p["CQ"],
+            "turning": 1.0,
             "held": 0.0,
             "leak_m_s": 0.0,
         }
@@ -119,6 +120,7 @@ def _cavitation(p, case):
         "knee_n": f"{FORM}: soft all over",  # both approach the limit
         "loss": 0.0,
         "closing_m": "no cavity, nothing to close",
+        "turning": "no cavity, nothing to lose",
         "refilled": "no cavity, nothing to fill",
         "filling_per_s": "no cavity, nothing to fill",
         "by_flow": "no cavity to open",
