@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from discover.campaigns import campaign, every, road, shipped, with_effect
+from discover.hidden import among
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, filtfilt
 
@@ -69,7 +70,8 @@ def test_a_velocity_as_sharp_as_its_motion_is_left_alone():
     assert evidence.sharpened(evidence.base().fit) is evidence
 
 
-def test_what_is_missing_is_named_behind_a_smoothed_velocity_too():
+def test_what_is_missing_is_named_behind_a_smoothed_velocity_too(monkeypatch):
+    among(monkeypatch, "quadratic_damping", "viscous_damping", "sensor_delay", "fluid_inertia")
     found = diagnose(_campaign(SMOOTHED_HZ, "quadratic_damping", coefficient_n_s2_m2=900.0))
     assert found.effects == ("quadratic_damping",)
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from discover.hidden import among
 from scipy.signal import butter, lfilter
 
 from mrctl.discover.diagnose import diagnose
@@ -76,7 +77,8 @@ def _inside(seed: int) -> Campaign:
     return Campaign(Path("inside"), tuple(runs), "0" * 64)
 
 
-def test_a_friction_that_the_chambers_filter_is_named():
+def test_a_friction_that_the_chambers_filter_is_named(monkeypatch):
+    among(monkeypatch, "coulomb_friction", "preyield_stiffness", "mount_compliance", "off_state_backbone")
     found = diagnose(_inside(5))
     assert found.effects == ("coulomb_friction",)
     (friction,) = (one.trial.fit.effect_values["coulomb_friction"] for one in found.found)
