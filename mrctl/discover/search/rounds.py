@@ -26,7 +26,8 @@ from mrctl.model.effects.base import Effect
 Report = Callable[[float, str], None]
 
 MOST_EFFECTS = 4
-BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at the base of one with an effect
+BETTER_VALLEY = 10.0  # log-likelihood that a model may win by beginning at an effect's base; as much, ...
+WORTH_ANOTHER = 0.25  # ... and this share of what an effect must take, and it is searched once more
 MUCH_MORE = 4.0  # of what the last effect took, that one found later may take
 
 
@@ -97,13 +98,19 @@ def _round(
         return unsearched(here, rest), []
     level = search_level(here, rest, evidence.folds)
     good = _accepted(level, len(rest))
-    if not good and here.fit.total - level.before.fit.total > BETTER_VALLEY:
+    if not good and _is_another(here, level):
         # What was seen beside the worse fit says little: once more from the better one.
         return _round(evidence, level.before, rest, quiet)
     if not good and evidence.budget(level.before.fit).excess > least_accepted_n2(level.before):
         level = further(level, rest, evidence.folds)
         good = _accepted(level, len(rest))
     return level, good
+
+
+def _is_another(here: Proof, level: Level) -> bool:
+    """Whether the valley that a round has led its model to is so much better that effects may show there."""
+    least = 0.5 * level.whole * least_accepted_n2(level.before) / level.before.mean_square
+    return here.fit.total - level.before.fit.total > max(BETTER_VALLEY, WORTH_ANOTHER * least)
 
 
 def _chosen(
