@@ -350,12 +350,14 @@ class JointModel:
         tolerance: float = 0.0,
         on_round: Callable[[int, int], None] | None = None,
         passing: bool = False,
+        known: float = np.inf,
     ) -> JointFit:
         """Fit from theta, in rounds: between them the evidence sets the penalties' and records' weights.
 
         free: which parameters move. tolerance: share of the cost that a step must win for another one.
         With one round, weights stay as they are: fits so made can be compared by their cost. passing: only
         the place that it comes to is wanted, and its cost; its normal equations are those of the step before.
+        known: as `solve` has it.
         """
         penalties = self.penalties() if penalties is None else list(penalties)
         free = self.free() if free is None else free
@@ -382,6 +384,7 @@ class JointModel:
                 share=tolerance,
                 bend=self.bend,
                 passing=passing,
+                known=known,
             )
             theta = solution.theta
             if number < rounds - 1:

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 FULL_STEP = 1e-3  # damping up to which a step is as good as Newton's
 PATIENCE = 2  # short steps in a row that win little
+FIRST_FALLS = 4  # steps that may win much, wherever the fit is on its way to
 BENT = 0.75  # second-order part of a step, over its first-order part: more, and it is no step to be trusted
 
 
@@ -59,6 +60,7 @@ def solve(
     share: float = 0.0,
     bend: Callable[[Array, Array], Array | None] = lambda _theta, _step: None,
     passing: bool = False,
+    known: float = np.inf,
 ) -> Solution:
     """Minimise cost plus penalties within bounds; `tolerance` is the decrease, in cost units, worth a step.
 
@@ -66,7 +68,8 @@ def solve(
     share: of the cost where it is, that a decrease has to be as well: a start from afar must not tell.
     bend: at the point of the last normal equations, J'W F'' for the forces' second derivative along a step;
     None where it is not known. passing: the fit goes on from where this one stops, if at all, so the normal
-    equations there are not made; those of the point before stand for them.
+    equations there are not made; those of the point before stand for them. known: a total that others have
+    come to: a fit that would not come below it if it went on as it did last ends, after a few steps.
     """
     free = np.ones(theta.size, dtype=bool) if free is None else free
     theta = np.clip(theta, lower, upper)
@@ -82,9 +85,8 @@ def solve(
     here = total(theta, system.cost)
     damping = 1e-4
     converged = False
-    small = 0
+    small = done = 0
     held = ~free
-    done = 0
     gain = last_gain = 0.0
     while done < iterations:
         done += 1
@@ -120,9 +122,10 @@ def solve(
         full_step = damping <= FULL_STEP
         damping = max(damping / 10.0, 1e-10)
         converged = bool(small) and (full_step or small >= PATIENCE)
-        if not (passing and (converged or done == iterations)):
+        lost = done >= FIRST_FALLS and here - (iterations - done) * last_gain > known
+        if not (passing and (converged or lost or done == iterations)):
             system = normal(theta)
-        if converged:
+        if converged or lost:
             break
     return Solution(theta, system, done, converged, held, last_gain)
 

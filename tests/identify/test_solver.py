@@ -115,3 +115,22 @@ def test_a_prior_does_not_hold_up_a_fit_at_a_kink():
 
     found = solve(normal, cost, np.array([0.0, 1.0]), -FAR, FAR, [pulled])
     assert found.theta == pytest.approx([3.0, 1.0], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("known", "least", "most"), [(np.inf, 20, 20), (2.0, 20, 20), (0.5, 5, 19), (50.0, 20, 20)]
+)
+def test_a_fit_that_would_not_come_below_what_is_known_ends(known, least, most):
+    """Each step goes a tenth of the way: from 100 it is at 1.5 after 20."""
+    distance = np.sqrt(2.0 * 100.0)
+
+    def cost(theta):
+        return 0.5 * float((distance - theta[0]) ** 2)
+
+    def normal(theta):
+        return Normal(np.array([[10.0]]), distance - theta, cost(theta))
+
+    found = solve(normal, cost, np.zeros(1), -FAR[:1], FAR[:1], [], iterations=20, known=known)
+    assert least <= found.iterations <= most
+    assert not found.converged
+    assert cost(found.theta) == pytest.approx(100.0 * 0.9 ** (2 * found.iterations), rel=1e-3)

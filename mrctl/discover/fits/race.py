@@ -73,4 +73,4 @@ def pursued(fitted: Callable[..., JointFit], theta: Array, iterations: int, know
     more = iterations - HEAT
     if first.solution.converged or first.total - more * first.solution.last_gain > known:
         return first
-    return fitted(first.theta, iterations=more, tolerance=TOLERANCE)
+    return fitted(first.theta, iterations=more, tolerance=TOLERANCE, known=known)
