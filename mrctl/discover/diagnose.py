@@ -24,7 +24,7 @@ from mrctl.discover.verdict.judged import NAMING, Found, Judged, judged_by
 from mrctl.discover.verdict.next_run import NextRun, propose
 from mrctl.discover.verdict.own_delay import why_own
 from mrctl.discover.verdict.scales import evened, scales_instead
-from mrctl.discover.verdict.stands import confirmed, constant, retimed
+from mrctl.discover.verdict.stands import by_rounds, confirmed, constant, in_vain, retimed
 from mrctl.discover.verdict.structure import Structure, structure_of
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
@@ -177,7 +177,9 @@ def _diagnosed(
     untestable |= why_own(final, [t.effect.name for t in found], known)
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
     as_found = final if stands or not found else None
-    if found and not stands:
+    if found and not stands and in_vain(evidence, base, final, len(found)):
+        stands = by_rounds(found, levels)
+    elif found and not stands:
         stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
     searched = evidence
     evidence, final, stands = retimed(evidence, final, stands)

@@ -49,7 +49,7 @@ def rounds_of(
     rezeroed, quiet = cache(taken_anew.rezeroed), cache(is_quiet)
     for number in count():
         rest = [c for c in candidates if c.name not in {e.name for e in here.fit.model.effects.chosen}]
-        level, good = _round(evidence, here, rest, quiet)
+        level, good = _round(evidence, here, rest, quiet) if number < most else (unsearched(here, rest), [])
         report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
         here = level.before
         there, level, best = _chosen(evidence, level, good, rest if number < most and not quiet(here) else [])

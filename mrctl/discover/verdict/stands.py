@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from mrctl.discover import taken_anew
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import without
@@ -9,7 +11,7 @@ from mrctl.discover.fits.proof import Proof
 from mrctl.discover.fits.screen import reach_of
 from mrctl.discover.search.levels import Level, Trial, search_level
 from mrctl.discover.verdict.constancy import Change, changes_of
-from mrctl.discover.verdict.judged import NAMING, Judged
+from mrctl.discover.verdict.judged import EXPLAINED, MOST_IN_PART, NAMING, Judged
 from mrctl.discover.verdict.rivals import simplest
 from mrctl.discover.verdict.worth import LEAST_SCORE, accepted
 from mrctl.model.effects.base import Effect, Stage
@@ -48,6 +50,17 @@ def confirmed(
         if not keep:
             final = best.proof
     return stands, final
+
+
+def in_vain(evidence: Evidence, base: Proof, final: Proof, found: int) -> bool:
+    """Whether so many effects explain so little that none of them can be named, whichever of them stands."""
+    taken = base.mean_square - final.mean_square
+    return found > MOST_IN_PART and taken < EXPLAINED * (taken + evidence.budget(final.fit).excess)
+
+
+def by_rounds(found: Sequence[Trial], levels: Sequence[Level]) -> list[tuple[Trial, Level]]:
+    """The effects found, each with the round that it was found in."""
+    return [(trial, next(one for one in levels if trial in one.trials)) for trial in found]
 
 
 def retimed(
