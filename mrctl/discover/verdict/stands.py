@@ -53,7 +53,10 @@ def confirmed(
 
 
 def in_vain(evidence: Evidence, base: Proof, final: Proof, found: int) -> bool:
-    """Whether so many effects explain so little that none of them can be named, whichever of them stands."""
+    """Whether so many effects explain so little that asking each of them again would hardly name one.
+
+    Only an exchange that took most of what is left could; the rounds try exchanges of their own.
+    """
     taken = base.mean_square - final.mean_square
     return found > MOST_IN_PART and taken < EXPLAINED * (taken + evidence.budget(final.fit).excess)
 
