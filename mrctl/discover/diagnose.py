@@ -177,10 +177,11 @@ def _diagnosed(
     untestable |= why_own(final, [t.effect.name for t in found], known)
     stands = [(found[0], last)] if len(found) == 1 and last is not None else []
     as_found = final if stands or not found else None
-    if found and not stands and in_vain(evidence, base, final, len(found)):
-        stands = by_rounds(found, levels)
-    elif found and not stands:
-        stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
+    if found and not stands:
+        if in_vain(evidence, base, final, len(found)):
+            stands = by_rounds(found, levels)
+        else:
+            stands, final = confirmed(evidence, candidates, [t.effect for t in found], final, last)
     searched = evidence
     evidence, final, stands = retimed(evidence, final, stands)
     if final is not as_found:  # else the rounds have done so

@@ -20,7 +20,7 @@ from mrctl.discover.verdict.judged import EXPLAINED, MOST_IN_PART, NEARLY_ALL
 from mrctl.discover.verdict.own_delay import is_filters
 from mrctl.discover.verdict.rivals import simplest
 from mrctl.discover.verdict.scales import is_the_rigs
-from mrctl.discover.verdict.worth import accepted, least_accepted_n2, matters
+from mrctl.discover.verdict.worth import accepted, least_accepted_n2, matters, removable_n2
 from mrctl.model.effects.base import Effect
 
 Report = Callable[[float, str], None]
@@ -49,12 +49,13 @@ def rounds_of(
     rezeroed, quiet = cache(taken_anew.rezeroed), cache(is_quiet)
     for number in count():
         rest = [c for c in candidates if c.name not in {e.name for e in here.fit.model.effects.chosen}]
-        level, good = _round(evidence, here, rest, quiet) if number < most else (unsearched(here, rest), [])
+        full = number == most
+        level, good = (unsearched(here, rest), []) if full else _round(evidence, here, rest, quiet)
         report(min(0.4 + 0.15 * number, 0.9), ", ".join(t.effect.name for t in found) or "one effect")
         here = level.before
-        there, level, best = _chosen(evidence, level, good, rest if number < most and not quiet(here) else [])
+        there, level, best = _chosen(evidence, level, good, [] if full or quiet(here) else rest)
         levels.append(level)
-        if best is None or number == most:
+        if best is None:
             break
         even, clean = rezeroed(evidence, here) if found else (evidence, here)
         if even is not evidence and is_the_rigs(best, clean):
@@ -138,9 +139,8 @@ def _hopeless(evidence: Evidence, base: Proof, before: Proof, here: Proof, found
     So many that they are doubted for their number alone must explain nearly all.
     """
     taken, last = (was.mean_square - here.mean_square for was in (base, before))
-    removable = taken + evidence.budget(here.fit).excess
     needed = EXPLAINED if found < MOST_IN_PART else NEARLY_ALL
-    return taken + (MOST_EFFECTS - found) * MUCH_MORE * last < needed * removable
+    return taken + (MOST_EFFECTS - found) * MUCH_MORE * last < needed * removable_n2(evidence, base, here)
 
 
 def _best(evidence: Evidence, level: Level, good: Sequence[Trial]) -> Trial | None:

@@ -13,7 +13,7 @@ from mrctl.discover.search.levels import Level, Trial, search_level
 from mrctl.discover.verdict.constancy import Change, changes_of
 from mrctl.discover.verdict.judged import EXPLAINED, MOST_IN_PART, NAMING, Judged
 from mrctl.discover.verdict.rivals import simplest
-from mrctl.discover.verdict.worth import LEAST_SCORE, accepted
+from mrctl.discover.verdict.worth import LEAST_SCORE, accepted, removable_n2
 from mrctl.model.effects.base import Effect, Stage
 
 _TIMED = (Stage.CURRENT, Stage.OUTPUT)  # effects that change when the force answers a step of the current
@@ -58,7 +58,7 @@ def in_vain(evidence: Evidence, base: Proof, final: Proof, found: int) -> bool:
     Only an exchange that took most of what is left could; the rounds try exchanges of their own.
     """
     taken = base.mean_square - final.mean_square
-    return found > MOST_IN_PART and taken < EXPLAINED * (taken + evidence.budget(final.fit).excess)
+    return found > MOST_IN_PART and taken < EXPLAINED * removable_n2(evidence, base, final)
 
 
 def by_rounds(found: Sequence[Trial], levels: Sequence[Level]) -> list[tuple[Trial, Level]]:

@@ -80,6 +80,11 @@ def least_n2(before: Proof) -> float:
     return max(min(LEAST_SHARE * left, loud), LEAST_OF_FORCE**2 * force)
 
 
+def removable_n2(evidence: Evidence, base: Proof, here: Proof) -> float:
+    """The mean square in N² that could be taken off a base: what a model takes, and leaves over the noise."""
+    return base.mean_square - here.mean_square + evidence.budget(here.fit).excess
+
+
 def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
