@@ -75,5 +75,5 @@ class _Forces:
             )
         )
         model = ForwardPipeline(self._damper, 1.0 / record.rate_hz)
-        model.settle(v[0], i[0], T[0], x[0])
+        model.settle(v[0], i[0], T[0], x[0], a[0])
         yield from map(model.step, v, i, T, x, a)

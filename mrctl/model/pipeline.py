@@ -50,11 +50,16 @@ class ForwardPipeline:
         self._stages.restart()
 
     def settle(
-        self, velocity_m_s: float, current_a: float, temperature_c: float, displacement_m: float = 0.0
+        self,
+        velocity_m_s: float,
+        current_a: float,
+        temperature_c: float,
+        displacement_m: float = 0.0,
+        acceleration_m_s2: float = 0.0,
     ) -> None:
         """Take the state that this motion, held for ever, would lead to."""
         self.reset()
-        back = self._backbone(velocity_m_s, current_a, temperature_c, displacement_m)[0]
+        back = self._backbone(velocity_m_s, current_a, temperature_c, displacement_m, acceleration_m_s2)[0]
         self.reset()
         self._state = settled_state(self._coefficients, back)
 
@@ -69,7 +74,7 @@ class ForwardPipeline:
         """The damper's force in N at this sample, as a sensor reports it."""
         stages, dt = self._stages, self._dt_s
         a = self._acceleration.next(velocity_m_s, acceleration_m_s2)
-        back, v, x, i, warm, level = self._backbone(velocity_m_s, current_a, temperature_c, displacement_m)
+        back, v, x, i, warm, level = self._backbone(velocity_m_s, current_a, temperature_c, displacement_m, a)
         force = iir_step(self._coefficients, self._state, back)
         for one in stages.additive:
             force += one.next(v, x, a, i, warm, dt)
@@ -82,13 +87,13 @@ class ForwardPipeline:
         return force
 
     def _backbone(
-        self, v: float, i: float, temperature_c: float, x: float
+        self, v: float, i: float, temperature_c: float, x: float, a: float
     ) -> tuple[float, float, float, float, float, float]:
         """The static force; the piston's velocity and displacement, field current, temperature; and f h."""
         stages, t, dt = self._stages, self._static, self._dt_s
         for one in stages.current:
             i = one.next(i, dt)
-        warm, v, x = stages.fluid_and_piston(v, x, i, temperature_c, t, self._lag, dt)
+        warm, v, x = stages.fluid_and_piston(v, x, a, i, temperature_c, t, self._lag, dt)
         level = force_level(i, warm, t)
         back = level * interpolate(v, t.velocity_m_s, t.shape)
         for one in stages.factor:
@@ -148,7 +153,7 @@ class InversePipeline(InverseModel):
         a = self._acceleration.next(velocity_m_s, acceleration_m_s2)
         field = self._field_a
         warm, v, x = stages.fluid_and_piston(
-            velocity_m_s, displacement_m, field, temperature_c, t, self._lag, dt
+            velocity_m_s, displacement_m, a, field, temperature_c, t, self._lag, dt
         )
         wish = force_wish_n
         level, g = force_level(field, warm, t), interpolate(v, t.velocity_m_s, t.shape)

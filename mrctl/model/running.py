@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mrctl.model.beside import ALONE, Beside
 from mrctl.model.effects.base import Effect, Settings, Stage, Vector
 from mrctl.model.filters import Coefficients
 from mrctl.model.static import StaticTables
@@ -56,6 +57,7 @@ class Stages:
 
     __slots__ = (
         "additive",
+        "beside",
         "current",
         "everything",
         "factor",
@@ -72,6 +74,7 @@ class Stages:
         self.current = by[Stage.CURRENT]
         self.temperature = by[Stage.TEMPERATURE]
         self.motion = by[Stage.MOTION]
+        self.beside = Beside.of(chosen)
         self.factor = by[Stage.FACTOR]
         self.yielding = by[Stage.YIELD]
         self.additive = by[Stage.ADDITIVE]
@@ -84,11 +87,13 @@ class Stages:
         """Begin anew at the next sample."""
         for one in self.everything:
             one.restart()
+        self.beside.restart()
 
     def fluid_and_piston(
         self,
         v: float,
         x: float,
+        a: float,
         current_a: float,
         temperature_c: float,
         t: StaticTables,
@@ -98,9 +103,19 @@ class Stages:
         """The fluid's temperature, the piston's velocity and its displacement."""
         for one in self.temperature:
             temperature_c = one.next(temperature_c, v, current_a, t, dt_s)
-        for one in self.motion:
-            v, x = one.next(v, x, current_a, temperature_c, t, lag, dt_s)
-        return temperature_c, v, x
+        if not self.motion:
+            return temperature_c, v, x
+        *outer, inner = self.motion
+        for one in outer:
+            v, x = one.next(v, x, current_a, temperature_c, *ALONE, t, lag, dt_s)
+        if not self.beside:
+            v, x = inner.next(v, x, current_a, temperature_c, *ALONE, t, lag, dt_s)
+            return temperature_c, v, x
+        rest = a, current_a, temperature_c, dt_s
+        carried = self.beside.ahead(v, x, *rest)
+        v1, x1 = inner.next(v, x, current_a, temperature_c, *carried, t, lag, dt_s)
+        self.beside.follow((v - v1, x - x1), v1, x1, *rest)
+        return temperature_c, v1, x1
 
 
 class Acceleration:

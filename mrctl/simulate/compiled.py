@@ -40,9 +40,17 @@ def run_step(effect: Effect, *arguments: object) -> None:
     Raises InputError naming the effect's file where numba cannot compile it, or it divides by zero.
     """
     try:
-        _kernel(effect.stage, effect.step, effect.name)(*arguments)
+        with blaming(effect):
+            _kernel(effect.stage, effect.step, effect.name)(*arguments)
     except ArithmeticError as error:
         raise divided(effect, error) from error
+
+
+@contextmanager
+def blaming(effect: Effect) -> Iterator[None]:
+    """Name the effect's file where its step cannot be compiled: raises InputError."""
+    try:
+        yield
     except NumbaError as error:
         reason = next((line for line in str(error).splitlines() if line and "nopython" not in line), "")
         raise InputError.at(
@@ -69,23 +77,26 @@ def _kernel(stage: Stage, step: Step, name: str) -> Kernel:
     return compiled(loops.LOOPS[stage], step, name)
 
 
-def compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:
-    """The loop that `make_loop` builds around a step, compiled when first called; from any thread."""
+def compiled(make_loop: loops.LoopOf, step: Step, name: str, signature: object = None) -> Kernel:
+    """The loop that `make_loop` builds around a step, compiled when first called; from any thread.
+
+    With a signature it is compiled at once, for that alone, and other loops may be given it as a pointer.
+    """
     with _compiling:
-        return _compiled(make_loop, step, name)
+        return _compiled(make_loop, step, name, signature)
 
 
 @cache
-def _compiled(make_loop: loops.LoopOf, step: Step, name: str) -> Kernel:
+def _compiled(make_loop: loops.LoopOf, step: Step, name: str, signature: object) -> Kernel:
     loop = make_loop(step)
     used = [f for own in _enclosed(loop) for f in _make_known(own)]
-    files = _source_files([make_loop, extension.bisect_right, *used])
+    files = _source_files([loop, extension.bisect_right, *used])
     if files is None:  # typed in at a prompt: nothing to tell two versions apart by
-        return cast("Kernel", numba.njit(nogil=True)(loop))
+        return cast("Kernel", numba.njit(signature, nogil=True)(loop))
     # numba keeps compiled code by this name: the digest in it makes stale code unreachable.
     loop.__qualname__ = f"{name}_{_digest(files)}"
     with _cache_folder() as there:
-        return cast("Kernel", numba.njit(nogil=True, cache=there)(loop))
+        return cast("Kernel", numba.njit(signature, nogil=True, cache=there)(loop))
 
 
 def _make_known(step: FunctionType) -> list[FunctionType]:

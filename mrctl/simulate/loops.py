@@ -64,8 +64,9 @@ def _motion(step: Step) -> Step:
             own = s[j]
             for k in range(starts[j], starts[j + 1]):
                 v, x = step(
-                    p, own, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], t, lag, dt_s
-                )
+                    p, own, velocity_m_s[k], displacement_m[k], current_a[k], temperature_c[k], 1.0,
+                    0.0, 0.0, t, lag, dt_s,
+                )  # fmt: skip
                 out_v[k] = v
                 out_x[k] = x
 
@@ -179,17 +180,21 @@ def filtered(step: Step) -> Step:
 def way_slopes(step: Step) -> Step:
     """The loop over how a motion effect's linearisation moves, by force and states, along a run.
 
-    `damping_n_s_m`, `given_m` (n); `out` (n, 2 + k, 1 + k): how the piston's velocity and displacement, and
-    each of the k states that the step leaves, move with the force and with each state.
+    `damping_n_s_m`, `stiffness_n_m`, `given_m` (n); `out` (n, 2 + k, 1 + k): how the piston's velocity and
+    displacement, and each of the k states that the step leaves, move with the force and with each state.
     """
 
-    def loop(p: P, damping_n_s_m: Array, given_m: Array, lag: Coefficients, dt_s: float, out: Array) -> None:
+    def loop(
+        p: P, damping_n_s_m: Array, stiffness_n_m: Array, given_m: Array, lag: Coefficients, dt_s: float,
+        out: Array,
+    ) -> None:  # fmt: skip
         s = np.empty(out.shape[1] - 2)
         for k in range(out.shape[0]):
             for c in range(out.shape[2]):
                 for i in range(s.size):
                     s[i] = 1.0 if c == 1 + i else 0.0
-                v, x = step(p, s, 1.0 if c == 0 else 0.0, damping_n_s_m[k], given_m[k], lag, dt_s)
+                force = 1.0 if c == 0 else 0.0
+                v, x = step(p, s, force, damping_n_s_m[k], stiffness_n_m[k], given_m[k], lag, dt_s)
                 out[k, 0, c] = v
                 out[k, 1, c] = x
                 for i in range(s.size):

@@ -87,7 +87,7 @@ def _by_sample(effect: Effect, base: Damper, run: Run) -> Array:
     model = ForwardPipeline(base, run.dt_s, settings=_only(effect, effect.typical))
     signals = run.velocity_m_s, run.current_a, run.temperature_c, run.displacement_m, run.acceleration_m_s2
     samples = list(zip(*(signal.tolist() for signal in signals), strict=True))
-    model.settle(*samples[0][:4])
+    model.settle(*samples[0])
     return np.array([model.step(*sample) for sample in samples])
 
 

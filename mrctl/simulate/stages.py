@@ -12,11 +12,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from mrctl.model.beside import ALONE
 from mrctl.model.effects.base import Effect, Vector
 from mrctl.model.filters import Coefficients, Filter, iir_step, settled_state
 from mrctl.model.static import StaticTables, force_level
 from mrctl.model.tables import interpolate
 from mrctl.simulate import loops
+from mrctl.simulate.carrying import carrying
 from mrctl.simulate.compiled import compiled, divided, run_step
 from mrctl.simulate.run import Array, Ints, whole
 
@@ -89,11 +91,26 @@ def piston_motion(
     lag: Coefficients,
     dt_s: float,
     starts: Ints | None = None,
+    acceleration_m_s2: Array | None = None,
+    factors: Chosen = (),
+    acting: Chosen = (),
 ) -> tuple[Array, Array]:
-    """The piston's velocity in m/s and displacement in m."""
-    for effect, p in chosen:
+    """The piston's velocity in m/s and displacement in m.
+
+    factors, acting: the factor effects, and the additive and rod effects, which the last motion effect
+    carries; with an acceleration (n).
+    """
+    begins = whole(velocity_m_s.size) if starts is None else starts
+    rest = tables, lag, dt_s
+    last = chosen[-1:] if (factors or acting) and acceleration_m_s2 is not None else ()
+    for effect, p in chosen[: len(chosen) - len(last)]:
         inputs = velocity_m_s, displacement_m, current_a, temperature_c
-        velocity_m_s, displacement_m = _run(effect, p, starts, inputs, (tables, lag, dt_s), 2)
+        states = _begun(effect, p, begins, inputs, (*ALONE, *rest))
+        velocity_m_s, displacement_m = _run(effect, p, begins, inputs, rest, 2, states)
+    if last and acceleration_m_s2 is not None:
+        signals = velocity_m_s, displacement_m, acceleration_m_s2, current_a, temperature_c
+        both = tables, array_tables(tables)
+        return carrying(last[0], factors, acting, signals, both, lag, dt_s, begins)
     return velocity_m_s, displacement_m
 
 

@@ -150,28 +150,6 @@ def limit_slopes(
     return rows
 
 
-def additive_slopes(
-    chosen: Chosen,
-    signals: tuple[Array, Array, Array, Array, Array],
-    tables: StaticTables,
-    dt_s: float,
-    starts: Ints,
-    velocity_rows: Array,
-    displacement_rows: Array,
-    factor: int,
-) -> Array:
-    """The changes (m, n // factor) of the forces beside the filter, by those of the motion (m, n) each.
-
-    signals: velocity, displacement, acceleration, current and temperature, (n) each; averaged over `factor`
-    samples.
-    """
-    total = np.zeros((velocity_rows.shape[0], velocity_rows.shape[1] // factor))
-    for effect, p in chosen:
-        slopes = StepSlopes.along(effect, p, signals, (0, 1), (tables, dt_s), starts)
-        total += slopes.through((0, 1), velocity_rows, displacement_rows, factor)
-    return total
-
-
 @cache
 def _call(stage: Stage, step: Step) -> Step:
     return loops.CALLS[stage](step)

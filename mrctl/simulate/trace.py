@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mrctl.model.beside import acting
 from mrctl.model.damper import Damper
 from mrctl.model.effects.base import EffectError, Settings, Stage
 from mrctl.model.effects.registry import of_damper
@@ -107,11 +108,12 @@ def trace(
         )
     v, x = run.velocity_m_s, run.displacement_m
     if me:
+        factoring, beside = by[Stage.FACTOR], acting(by)
         v, x = make(
             Stage.MOTION,
-            (me, i, warm, t, lag),
+            (me, i, warm, t, lag, *factoring, *beside),
             lambda: stages.piston_motion(
-                me, run.velocity_m_s, run.displacement_m, i, warm, t, lag, dt, starts
+                me, run.velocity_m_s, run.displacement_m, i, warm, t, lag, dt, starts, a, factoring, beside
             ),
         )
     level = make("level", (i, warm, _level_tables(t)), lambda: stages.level(i, warm, t))

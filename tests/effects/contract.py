@@ -31,8 +31,7 @@ def samples(run: Run) -> list[tuple[float, float, float, float, float]]:
 def by_sample(damper: Damper, run: Run) -> np.ndarray:
     """The force as the vehicle computes it."""
     model = ForwardPipeline(damper, run.dt_s)
-    v, i, temperature, x, _ = samples(run)[0]
-    model.settle(v, i, temperature, x)
+    model.settle(*samples(run)[0])
     return np.array([model.step(*sample) for sample in samples(run)])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from effects.conftest import make_damper, with_effects
@@ -71,3 +73,52 @@ def test_the_part_of_the_lag_that_is_the_load_cells_does_not_bend_the_mount(shar
     first = (1.0 / (1.0 + samples), 0.0, 0.0, 0.0, -samples / (1.0 + samples), 0.0, 0.0)
     carried = stages.filtered(made.static_n, first, settled=True)
     assert -made.displacement_m / 5e-7 == pytest.approx(carried, abs=1e-6 * np.max(np.abs(carried)))
+
+
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002])
+@pytest.mark.parametrize("stiffness_n_m", [5e5, 2e6])
+def test_the_mount_carries_all_that_the_piston_feels(dt_s, stiffness_n_m):
+    t, v = signals(dt_s)
+    x, a = stroke(t), np.gradient(v, dt_s)
+    friction_n, presliding_m, gas_n_m, viscous, softer_per_m = 150.0, 3e-4, 2e4, 3e3, 12.0
+    beside = [
+        (effects()["viscous_damping"], (viscous, 0.0, 0.0)),
+        (effects()["gas_spring"], (0.0, gas_n_m, 0.0, 0.0)),
+        (effects()["coulomb_friction"], (friction_n, presliding_m, 0.0, 5e-3, 0.0, 0.0)),
+    ]
+    mount = effects()["mount_compliance"], (1.0 / stiffness_n_m, 500.0, 0.0, 1.0)
+    bypass = replace(effects()["stroke_dependent_damping"], step=_softer, parameters=(_SOFTER,), start=None)
+    current, warm = np.full(t.size, 0.5), np.full(t.size, 45.0)
+    _, x1 = stages.piston_motion(
+        [mount], v, x, current, warm, TABLES, NO_LAG, dt_s, None, a, [(bypass, (softer_per_m,))], beside
+    )
+
+    level = force_level(0.5, 45.0, TABLES)
+    knots, shape = np.array(TABLES.velocity_m_s), np.array(TABLES.shape)
+
+    def piston(u, y, z):
+        held = stiffness_n_m * y + 500.0 * velocity(u) - gas_n_m * (stroke(u) - y) - friction_n * z
+        factor = 1.0 + softer_per_m * (stroke(u) - y)
+        return np.interp(held, factor * level * shape + (500.0 + viscous) * knots, knots)
+
+    def rates(u, state):
+        y, z = state
+        v1 = piston(u, y, z)
+        return velocity(u) - v1, (1.0 - z * np.sign(v1)) * v1 / presliding_m
+
+    first_n = level * np.interp(v[0], knots, shape) + viscous * v[0] + gas_n_m * x[0] + friction_n
+    start = first_n / stiffness_n_m, np.sign(v[0])
+    exact = solve_ivp(rates, (0.0, T), start, t_eval=t, method="LSODA", rtol=1e-6, atol=1e-9).y[0]
+    settled = t > 0.2
+    assert relative((x - x1)[settled], exact[settled]) < (5e-3 if dt_s < 0.001 else 4e-2)
+
+
+_SOFTER = effects()["stroke_dependent_damping"].parameters[0]
+
+
+def _softer(p, s, velocity_m_s, displacement_m, current_a, temperature_c, dt_s):  # noqa: ARG001 - the stage's
+    return 1.0 + p[0] * displacement_m
+
+
+def stroke(t):
+    return -0.25 / 9.0 * np.cos(9.0 * t) - 0.1 / 31.0 * np.cos(31.0 * t + 0.5)

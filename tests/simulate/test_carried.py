@@ -7,7 +7,7 @@ from effects.equations import TABLES
 from mrctl.model.effects.registry import effects
 from mrctl.simulate import stages
 from mrctl.simulate.carried import carried, heard
-from mrctl.simulate.step_slopes import additive_slopes, limit_slopes
+from mrctl.simulate.step_slopes import StepSlopes, limit_slopes
 
 N, DT_S = 2400, 1e-3
 STARTS = np.array([0, 800, N])
@@ -118,7 +118,9 @@ def test_a_change_of_a_force_beside_the_filter_is_that_of_a_small_motion(name, p
     one = effects()[name]
     signals = np.gradient(V, DT_S), np.ones(N), np.full(N, 40.0)
     by_v, by_x = np.cos(5.0 * T)[None], 0.2 * np.sin(5.0 * T)[None]
-    got = additive_slopes([(one, p)], (V, X, *signals), TABLES, DT_S, STARTS, by_v, by_x, 2)
+    got = StepSlopes.along(one, p, (V, X, *signals), (0, 1), (TABLES, DT_S), STARTS).through(
+        (0, 1), by_v, by_x, 2
+    )
     small = 1e-6
 
     def force(by):
@@ -133,5 +135,6 @@ def test_where_nothing_moves_a_friction_has_no_wild_slopes():
     one = effects()["coulomb_friction"]
     signals = still, np.full(N, 0.02), still, np.zeros(N), np.full(N, 30.0)
     rows = np.ones((1, N))
-    got = additive_slopes([(one, one.typical)], signals, TABLES, DT_S, STARTS, rows, 0.0 * rows, 1)
+    slopes = StepSlopes.along(one, one.typical, signals, (0, 1), (TABLES, DT_S), STARTS)
+    got = slopes.through((0, 1), rows, 0.0 * rows)
     assert np.all(np.abs(got) < 1e9)

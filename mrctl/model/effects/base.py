@@ -80,7 +80,8 @@ ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
     Stage.CURRENT: (*_IN, "current_a", "dt_s"),
     Stage.TEMPERATURE: (*_IN, "temperature_c", "velocity_m_s", "current_a", "tables", "dt_s"),
     Stage.MOTION: (
-        *_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "tables", "lag", "dt_s",
+        *_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "factor", "beside_n",
+        "beside_n_s_m", "tables", "lag", "dt_s",
     ),
     Stage.FACTOR: (*_IN, "velocity_m_s", "displacement_m", "current_a", "temperature_c", "dt_s"),
     Stage.YIELD: (*_IN, "force_n", "velocity_m_s", "displacement_m", "level_n", "dt_s"),
@@ -95,7 +96,10 @@ ARGUMENTS: Mapping[Stage, tuple[str, ...]] = {
 """The arguments of a stage's `step`.
 
 `static_n` is b1, what goes into H; `level_n` is f(i1) h(i1, T1), the force where g is 1; `tables` are f, g
-and h (`StaticTables`), `lag` is a plain one as long as H's at this step (`plain_lag`).
+and h (`StaticTables`), `lag` is a plain one as long as H's at this step (`plain_lag`). `factor`, `beside_n`
+and `beside_n_s_m` are what the piston feels beside f g h (`mrctl.model.beside`): what factor effects multiply
+that by, and the additive and rod effects' force at a piston at rest and how it grows with the piston's
+velocity. Of several motion effects the last, next to the piston, is told; the others 1, 0 and 0.
 """
 
 UNDONE_BY: Mapping[Stage, frozenset[Undo]] = {
@@ -235,12 +239,12 @@ Vector = tuple[float, ...]
 class GivesWay(NamedTuple):
     """The linearisation of a motion effect that hangs on the damper's force, for fits.
 
-    `step(p, s, force_n, damping_n_s_m, given_m, lag, dt_s)` says how the piston's velocity and displacement
-    change when the damper's force at a given motion changes by `force_n`, in proportion to that and to the
-    state, damping being the slope of f g h over the velocity, `given_m` by how much less than the rod the
-    piston has moved, `s` as in the effect's step. `start(p, force_n, given_m)` is the state in which the
-    first sample has lasted for ever. `inside(p, lag)` is the lag of the force that it hangs on, which `step`
-    is given, from that of the effect's step.
+    `step(p, s, force_n, damping_n_s_m, stiffness_n_m, given_m, lag, dt_s)` says how the piston's velocity and
+    displacement change when the damper's force at a given motion changes by `force_n`, in proportion to that
+    and to the state, damping and stiffness being the slopes of f g h and what multiplies it over these,
+    `given_m` by how much less than the rod the piston has moved, `s` as in the effect's step.
+    `start(p, force_n, given_m)` is the state in which the first sample has lasted for ever. `inside(p, lag)`
+    is the lag of the force that it hangs on, which `step` is given, from that of the effect's step.
     """
 
     step: Step

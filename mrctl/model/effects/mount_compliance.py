@@ -34,13 +34,17 @@ def step(
     displacement_m: float,
     current_a: float,
     temperature_c: float,
+    factor: float,
+    beside_n: float,
+    beside_n_s_m: float,
     tables: StaticTables,
     lag: Coefficients,
     dt_s: float,
 ) -> tuple[float, float]:
     """The piston's velocity in m/s and displacement in m.
 
-    The balance k y (1 + hardening y^2) + c dy/dt = lag[f h g(v - dy/dt)] is as stiff as the low-speed slope
+    The balance k y (1 + hardening y^2) + c dy/dt = lag[f g(v1) h factor] + beside(v1), v1 = v - dy/dt, is as
+    stiff as the low-speed slope
     of g over k is short, so it is solved implicitly (BDF2: second order, stable at any step), the spring on
     its tangent where y is expected. g being a table, the solution is exact: the segment that holds it, then
     a straight line.
@@ -48,7 +52,7 @@ def step(
     if p[0] <= 0.0:
         return velocity_m_s, displacement_m
     lag = inside(p, lag)
-    static = force_level(current_a, temperature_c, tables)
+    static = factor * force_level(current_a, temperature_c, tables)
     expected = 2.0 * s[3] - s[4]
     soft = softness(p, expected)
     level = soft * lag[0] * static  # what the lag hands on at once; the rest is s[0]
@@ -56,7 +60,8 @@ def step(
     inertia = soft * p[1] + 2.0 / 3.0 * dt_s
     # What is left to solve: rest - inertia v1 = level g(v1).
     tangent = 2.0 / 3.0 * (1.0 - soft / p[0]) * expected  # where it meets no force
-    rest = inertia * velocity_m_s + free - tangent - soft * s[0]
+    rest = inertia * velocity_m_s + free - tangent - soft * (s[0] + beside_n)
+    inertia += soft * beside_n_s_m
     low, high = 0, len(tables.shape)
     while low < high:
         middle = (low + high) // 2
@@ -85,13 +90,16 @@ def start(
     displacement_m: float,  # noqa: ARG001 - the stage's
     current_a: float,
     temperature_c: float,
+    factor: float,
+    beside_n: float,
+    beside_n_s_m: float,
     tables: StaticTables,
     lag: Coefficients,
     dt_s: float,  # noqa: ARG001 - the stage's
 ) -> list[float]:
-    """The mount is bent as far as the first sample's static force gets it, and no longer moves."""
-    force = backbone_force(velocity_m_s, current_a, temperature_c, tables)
-    bent = _bent(p, _reach(p) * p[0] * force)
+    """The mount is bent as far as the first sample's force gets it, and no longer moves."""
+    force = factor * backbone_force(velocity_m_s, current_a, temperature_c, tables)
+    bent = _bent(p, _reach(p) * p[0] * (force + beside_n + beside_n_s_m * velocity_m_s))
     return [*settled_state(inside(p, lag), force), bent, bent]
 
 
@@ -118,6 +126,7 @@ def give_way(
     s: list[float],
     force_n: float,
     damping_n_s_m: float,
+    stiffness_n_m: float,
     bent_m: float,
     lag: Coefficients,
     dt_s: float,
@@ -125,11 +134,12 @@ def give_way(
     """The step's derivative: how the piston's velocity in m/s and displacement in m move."""
     free = (4.0 * s[3] - s[4]) / 3.0
     soft = softness(p, bent_m)
-    inertia = soft * p[1] + 2.0 / 3.0 * dt_s
-    piston = (free - soft * (force_n + s[0])) / (inertia + soft * lag[0] * damping_n_s_m)
+    level = soft * lag[0]
+    inertia = soft * p[1] + 2.0 / 3.0 * dt_s + level * (damping_n_s_m + 2.0 / 3.0 * dt_s * stiffness_n_m)
+    piston = (free - soft * (force_n + s[0]) + level * stiffness_n_m * free) / inertia
     s[4] = s[3]
     s[3] = free - 2.0 / 3.0 * dt_s * piston
-    iir_step(lag, s, damping_n_s_m * piston)
+    iir_step(lag, s, damping_n_s_m * piston - stiffness_n_m * s[3])
     return piston, -s[3]
 
 
@@ -162,14 +172,16 @@ EFFECT = Effect(
     stage=Stage.MOTION,
     summary="Rubber mounts and bearings in series with the damper take part of the stroke.",
     equation=(
-        "y (1 + hardening y^2) / compliance + damping dy/dt = lag[f h g(v1)], v1 = v - dy/dt, x1 = x - y"
+        "y (1 + hardening y^2) / compliance + damping dy/dt = lag[f g(v1) h factors] + forces beside, "
+        "v1 = v - dy/dt, x1 = x - y"
     ),
     source=(
         "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. With "
         "hardly a spring it is the dashpot in series of Spencer et al., J. Eng. Mech. 123 (1997): a damper "
         "behind it yields at a speed in proportion to its force. "
-        "The mount carries the damper's force behind a lag as long as H's, or the part of it that is no load "
-        "cell's; forces beside it are left out."
+        "The mount carries the fluid's force behind a lag as long as H's, or the part of it that is no load "
+        "cell's, and what acts at the piston beside it; what makes that force elastic, or limits it, is left "
+        "out."
     ),
     parameters=(
         Parameter(

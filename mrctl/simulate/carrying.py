@@ -1,0 +1,182 @@
+"""A motion effect that carries all that the piston feels: their loop over whole runs.
+
+As `mrctl.model.beside` on the vehicle, with its functions. Which effects act is not known when the loop is
+compiled: they come as pointers to what is compiled once for each of them, so that no combination has to be
+compiled for itself.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.core.errors import NumbaExperimentalFeatureWarning
+from numba.np.unsafe import ndarray
+
+from mrctl.errors import InputError
+from mrctl.model.beside import FASTER_M_S, Beside, Pairs, expected, line
+from mrctl.model.effects.base import Effect, Step, Vector
+from mrctl.model.filters import Coefficients
+from mrctl.model.static import StaticTables
+from mrctl.simulate.compiled import Kernel, blaming, compiled
+from mrctl.simulate.loops import P, borrowed
+from mrctl.simulate.run import Array, Ints
+
+Steps = tuple[Step, ...]
+Arrays = tuple[Array, ...]
+Pointers = tuple[Steps, Steps, Arrays, Arrays, Arrays, Arrays]
+
+# ruff: noqa: ARG001 - factors and forces are called alike
+
+# At every call, from any thread, numba says that functions as arguments are young.
+warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
+
+_in_order: Any = ndarray.to_fixed_tuple  # which no stub knows
+_ROW = types.Array(types.float64, 1, "C")
+_LOOK = types.void(_ROW, _ROW, _ROW, *[types.float64] * 6, _ROW)
+_GO = types.void(_ROW, _ROW, *[types.float64] * 6)
+
+
+def carrying(
+    of: tuple[Effect, Vector],
+    factors: Pairs,
+    acting: Pairs,
+    signals: tuple[Array, Array, Array, Array, Array],
+    tables: tuple[StaticTables, StaticTables],
+    lag: Coefficients,
+    dt_s: float,
+    starts: Ints,
+) -> tuple[Array, Array]:
+    """The piston's velocity in m/s and displacement in m behind one motion effect.
+
+    factors, acting: what it carries beside f g h; signals: velocity, displacement, acceleration, current and
+    temperature, (n) each; tables: as they are, and as arrays. Raises InputError where a step divides by zero
+    or cannot be compiled.
+    """
+    effect, p = of
+    firsts = [[float(u[k]) for u in signals] for k in starts[:-1]]
+    try:
+        begun = [Beside(factors, acting).ahead(v, x, a, i, warm, dt_s) for v, x, a, i, warm in firsts]
+        states = [
+            effect.initial(p, v, x, i, warm, *held, tables[0], lag, dt_s)
+            for (v, x, _, i, warm), held in zip(firsts, begun, strict=True)
+        ]
+        pointers = _pointers(factors, acting, firsts, dt_s)
+        out = np.empty_like(signals[0]), np.empty_like(signals[0])
+        loop = compiled(_loop, effect.step, f"{effect.name}_carrying")
+        with blaming(effect):
+            loop(p, np.array(states), starts, *signals, *pointers, tables[1], lag, dt_s, *out)
+    except ArithmeticError as error:
+        names = ", ".join(one.name for one, _ in (*factors, *acting))
+        raise InputError.at(
+            effect.step.__code__.co_filename,
+            f"the step of {effect.name} or of what it carries ({names}) fails at some values ({error})",
+            "divide by nothing that can be 0",
+        ) from error
+    return out
+
+
+def _pointers(factors: Pairs, acting: Pairs, firsts: Sequence[Sequence[float]], dt_s: float) -> Pointers:
+    """Of each: what looks ahead and what goes on, parameters, first states (m, k), and room for them twice."""
+    looks, goes, states = [], [], []
+    for pairs, look, go in ((factors, _factor_ahead, _factor_on), (acting, _force_ahead, _force_on)):
+        for effect, p in pairs:
+            with blaming(effect):
+                looks.append(_alone(look, effect.step, f"{effect.name}_ahead", len(p), _LOOK))
+                goes.append(_alone(go, effect.step, f"{effect.name}_on", len(p), _GO))
+            begun = [
+                effect.initial(p, v, x, *((i, warm) if pairs is factors else (a, i, warm)), dt_s)
+                for v, x, a, i, warm in firsts
+            ]
+            states.append(np.array(begun, dtype=np.float64).reshape(len(firsts), -1))
+    vectors = tuple(np.array(p) for _, p in (*factors, *acting))
+    now, ahead = (tuple(np.empty(one.shape[1]) for one in states) for _ in range(2))
+    return tuple(looks), tuple(goes), vectors, tuple(states), now, ahead
+
+
+@cache
+def _alone(make: Callable[[int, Step], Step], step: Step, name: str, size: int, signature: object) -> Kernel:
+    """What `make` builds around a step of so many parameters, compiled by itself."""
+    return compiled(partial(make, size), step, f"{name}_{size}", signature)
+
+
+def _factor_ahead(size: int, step: Step) -> Step:
+    def call(
+        p: Array, s: Array, room: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float,
+        carried: Array,
+    ) -> None:  # fmt: skip
+        for k in range(s.size):
+            room[k] = s[k]
+        carried[0] *= step(_in_order(p, size), room, v, x, i, warm, dt_s)
+
+    return call
+
+
+def _factor_on(size: int, step: Step) -> Step:
+    def call(p: Array, s: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float) -> None:
+        step(_in_order(p, size), s, v, x, i, warm, dt_s)
+
+    return call
+
+
+def _force_ahead(size: int, step: Step) -> Step:
+    faster = FASTER_M_S
+
+    def call(
+        p: Array, s: Array, room: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float,
+        carried: Array,
+    ) -> None:  # fmt: skip
+        q = _in_order(p, size)
+        for k in range(s.size):
+            room[k] = s[k]
+        carried[1] += step(q, room, v, x, a, i, warm, dt_s)
+        for k in range(s.size):
+            room[k] = s[k]
+        carried[2] += step(q, room, v + faster, x + faster * dt_s, a, i, warm, dt_s)
+
+    return call
+
+
+def _force_on(size: int, step: Step) -> Step:
+    def call(p: Array, s: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float) -> None:
+        step(_in_order(p, size), s, v, x, a, i, warm, dt_s)
+
+    return call
+
+
+def _loop(step: Step) -> Step:
+    near, through = expected, line  # compiled code finds what a loop is built around
+
+    def loop(
+        p: P, s: Array, starts: Ints, velocity_m_s: Array, displacement_m: Array, acceleration_m_s2: Array,
+        current_a: Array, temperature_c: Array, looks: Steps, goes: Steps, q: Arrays, first: Arrays,
+        now: Arrays, ahead: Arrays, tables: StaticTables, lag: Coefficients, dt_s: float, out_v: Array,
+        out_x: Array,
+    ) -> None:  # fmt: skip
+        t = borrowed(tables)
+        carried = np.empty(3)  # factor, force, and force a little faster
+        for j in range(starts.size - 1):
+            own = s[j]
+            for m in range(len(now)):
+                now[m][:] = first[m][j]
+            given_m_s, given_m = 0.0, 0.0
+            for k in range(starts[j], starts[j + 1]):
+                v, x, a = velocity_m_s[k], displacement_m[k], acceleration_m_s2[k]
+                i, warm = current_a[k], temperature_c[k]
+                v1, x1 = near(v, x, given_m_s, given_m, dt_s)
+                carried[0], carried[1], carried[2] = 1.0, 0.0, 0.0
+                for m in range(len(looks)):
+                    looks[m](q[m], now[m], ahead[m], v1, x1, a, i, warm, dt_s, carried)
+                force, slope = through(carried[1], carried[2], v1)
+                v1, x1 = step(p, own, v, x, i, warm, carried[0], force, slope, t, lag, dt_s)
+                for m in range(len(goes)):
+                    goes[m](q[m], now[m], v1, x1, a, i, warm, dt_s)
+                given_m_s, given_m = v - v1, x - x1
+                out_v[k] = v1
+                out_x[k] = x1
+
+    return loop
