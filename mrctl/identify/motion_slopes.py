@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import base, filtering, hysteresis
-from mrctl.model.beside import acting
 from mrctl.model.effects.base import Effect, GivesWay, Settings, Stage, Vector
 from mrctl.model.filters import Coefficients, plain_lag
 from mrctl.model.static import StaticTables
@@ -121,7 +120,8 @@ class Motion:
         signals = here.velocity_m_s, here.displacement_m, *rest
         return [
             StepSlopes.along(effect, p, signals, (0, 1), (self.tables, run.dt_s), run.starts)
-            for effect, p in acting(self.settings)
+            for stage in (Stage.ADDITIVE, Stage.ROD)
+            for effect, p in self.settings[stage]
         ]
 
     @cached_property

@@ -38,9 +38,13 @@ def line(here_n: float, faster_n: float, velocity_m_s: float) -> tuple[float, fl
     return here_n - slope * velocity_m_s, slope
 
 
-def acting(chosen: Settings) -> list[tuple[Effect, Vector]]:
-    """The effects whose forces act beside f g h, in the order of computation."""
-    return [*chosen.get(Stage.ADDITIVE, ()), *chosen.get(Stage.ROD, ())]
+def felt(chosen: Settings) -> tuple[Pairs, Pairs]:
+    """The effects that multiply f g h at the piston, and those that act beside it, each in their order."""
+    factors, additive, rod = (
+        [pair for pair in chosen.get(stage, ()) if pair[0].felt]
+        for stage in (Stage.FACTOR, Stage.ADDITIVE, Stage.ROD)
+    )
+    return factors, additive + rod
 
 
 class Beside:
@@ -51,11 +55,6 @@ class Beside:
     def __init__(self, factors: Pairs, acting: Pairs) -> None:
         self._factors, self._acting = factors, acting
         self.restart()
-
-    @classmethod
-    def of(cls, chosen: Settings) -> Beside:
-        """Those of a damper's effects."""
-        return cls(chosen.get(Stage.FACTOR, ()), acting(chosen))
 
     def __bool__(self) -> bool:
         """Whether there are any."""

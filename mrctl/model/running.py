@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mrctl.model.beside import ALONE, Beside
+from mrctl.model.beside import ALONE, Beside, felt
 from mrctl.model.effects.base import Effect, Settings, Stage, Vector
 from mrctl.model.filters import Coefficients
 from mrctl.model.static import StaticTables
@@ -74,7 +74,7 @@ class Stages:
         self.current = by[Stage.CURRENT]
         self.temperature = by[Stage.TEMPERATURE]
         self.motion = by[Stage.MOTION]
-        self.beside = Beside.of(chosen)
+        self.beside = Beside(*felt(chosen))
         self.factor = by[Stage.FACTOR]
         self.yielding = by[Stage.YIELD]
         self.additive = by[Stage.ADDITIVE]

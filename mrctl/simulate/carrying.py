@@ -81,7 +81,7 @@ def carrying(
 
 
 def _pointers(factors: Pairs, acting: Pairs, firsts: Sequence[Sequence[float]], dt_s: float) -> Pointers:
-    """Of each: what looks ahead and what goes on, parameters, first states (m, k), and room for them twice."""
+    """Of each: what looks ahead and what goes on, parameters, first states (m, k), room for them twice."""
     looks, goes, states = [], [], []
     for pairs, look, go in ((factors, _factor_ahead, _factor_on), (acting, _force_ahead, _force_on)):
         for effect, p in pairs:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mrctl.model.beside import acting
+from mrctl.model.beside import felt
 from mrctl.model.damper import Damper
 from mrctl.model.effects.base import EffectError, Settings, Stage
 from mrctl.model.effects.registry import of_damper
@@ -108,12 +108,12 @@ def trace(
         )
     v, x = run.velocity_m_s, run.displacement_m
     if me:
-        factoring, beside = by[Stage.FACTOR], acting(by)
+        factors_felt, acting = felt(by)
         v, x = make(
             Stage.MOTION,
-            (me, i, warm, t, lag, *factoring, *beside),
+            (me, i, warm, t, lag, *factors_felt, *acting),
             lambda: stages.piston_motion(
-                me, run.velocity_m_s, run.displacement_m, i, warm, t, lag, dt, starts, a, factoring, beside
+                me, run.velocity_m_s, run.displacement_m, i, warm, t, lag, dt, starts, a, factors_felt, acting
             ),
         )
     level = make("level", (i, warm, _level_tables(t)), lambda: stages.level(i, warm, t))

@@ -7,7 +7,7 @@ state, not a regressor. Full joint fits come after, for the few candidates that 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +116,8 @@ class Screen:
             self._tangent = screen.tangent
             self._effect = effect
             chosen = screen.base.effects.chosen
-            self._model = screen.base.with_effects(Effects((*chosen, effect)))
+            # A first look is worth no more than that what carries the damper stays as it is.
+            self._model = screen.base.with_effects(Effects((*chosen, replace(effect, felt=False))))
             self._scales = np.array([p.step_scale for p in effect.parameters])
             self._lower = np.array([p.low for p in effect.parameters])
             self._upper = np.array([p.high for p in effect.parameters])

@@ -284,6 +284,7 @@ class Effect:
     gives_way: GivesWay | None = None  # of a motion effect; without it a fit takes differences
     # What its parameters become where f grows by a factor and g shrinks by it: for one that is told f h.
     rescaled: Callable[[Vector, float], Vector] | None = None
+    felt: bool = True  # by a piston; what is in the measurement only, a motion effect does not carry
     linear: bool = False  # an output effect that is a fixed linear filter of the force: fits are faster then
     rank: int = 0  # order within the stage; equal ranks go by name
     usual: Effect | None = field(default=None, compare=False, repr=False)  # it in a damper of a usual size

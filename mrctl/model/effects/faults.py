@@ -62,6 +62,7 @@ def _of_another_kind(effect: Effect) -> Iterator[str]:
     others = (
         ("gives_way", GivesWay | None, "GivesWay(step, start, inside)"),
         ("rank", int, "a whole number"),
+        ("felt", bool, "True or False"),
     )
     for what, kind, one in others:
         if not isinstance(getattr(effect, what), kind):

@@ -25,6 +25,7 @@ def step(
 EFFECT = Effect(
     name="force_offset",
     stage=Stage.ROD,
+    felt=False,
     summary="A constant force: the zero of the load cell, or a preload that does not change with stroke.",
     equation="F = offset",
     source="Zero error of a strain-gauge load cell (ISO 376).",
