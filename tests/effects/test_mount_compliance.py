@@ -120,5 +120,14 @@ def _softer(p, s, velocity_m_s, displacement_m, current_a, temperature_c, dt_s):
     return 1.0 + p[0] * displacement_m
 
 
+def test_a_load_cells_zero_does_not_bend_the_mount():
+    t, v = signals(0.001)
+    run = Run.of(0.001, v, 1.5, 45.0, np.zeros(t.size))
+    mount = {"compliance_m_n": 5e-7, "damping_n_s_m": 0.0}
+    alone = trace(run, with_effects(make_damper(), mount_compliance=mount))
+    with_zero = with_effects(make_damper(), mount_compliance=mount, force_offset={"offset_n": 200.0})
+    assert np.array_equal(trace(run, with_zero).displacement_m, alone.displacement_m)
+
+
 def stroke(t):
     return -0.25 / 9.0 * np.cos(9.0 * t) - 0.1 / 31.0 * np.cos(31.0 * t + 0.5)
