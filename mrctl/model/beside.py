@@ -4,16 +4,19 @@ A spring in series bears all of it: with the fluid a gas spring, a seal's fricti
 fluid's force as a bypass or an off-state changes it. What these come to hangs on the piston's motion that is
 looked for. So at each sample they are asked where the piston is expected, and the forces a little faster too:
 the line through both is what the motion effect solves its balance with, and as steep as it may be no step is
-too long for it.
+too long for it. Where the piston then turns out to turn, a friction may have turned as well: the speed is
+halved in until the line is one through what is felt to both sides of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from mrctl.model.effects.base import Effect, Settings, Stage, Vector
 
 FASTER_M_S = 1e-4
+HALVINGS = 14  # of the change of speed at a turn
+SAME = 1e-6  # share of a force
 ALONE = 1.0, 0.0, 0.0  # factor, force and slope where f g h is all there is
 
 Pairs = Sequence[tuple[Effect, Vector]]
@@ -29,13 +32,24 @@ def expected(
     return velocity_m_s - given_m_s, displacement_m - given_m - dt_s * given_m_s
 
 
-def line(here_n: float, faster_n: float, velocity_m_s: float) -> tuple[float, float]:
+def line(here_n: float, there_n: float, here_m_s: float, way_m_s: float) -> tuple[float, float]:
     """The force in N of a piston at rest, and its slope in N s/m, from those at a velocity and beyond it.
 
-    The slope is never negative: a force that falls with speed is taken as it is where the piston is expected.
+    The slope is never negative: a force that falls with speed is taken as it is at the first.
     """
-    slope = max((faster_n - here_n) / FASTER_M_S, 0.0)
-    return here_n - slope * velocity_m_s, slope
+    slope = max((there_n - here_n) / way_m_s, 0.0) if way_m_s > 0.0 else 0.0
+    return here_n - slope * here_m_s, slope
+
+
+def turns_early(near_m_s: float, piston_m_s: float, beyond_n: float, force_n: float) -> bool:
+    """Whether a piston that turns by a line turns because the force it feels there is another.
+
+    near_m_s: where the line was taken; piston_m_s: where it leads; beyond_n: by how much the force there is
+    more than the line's, force_n.
+    """
+    if near_m_s * piston_m_s >= 0.0 or abs(beyond_n) <= SAME * abs(force_n):
+        return False
+    return (beyond_n > 0.0) == (piston_m_s > 0.0)
 
 
 def felt(chosen: Settings) -> tuple[Pairs, Pairs]:
@@ -47,10 +61,16 @@ def felt(chosen: Settings) -> tuple[Pairs, Pairs]:
     return factors, additive + rod
 
 
+def preload(acting: Pairs, current_a: float, temperature_c: float, dt_s: float) -> float:
+    """What they come to in N at rest in mid stroke: a mount's deflection counts from where that leaves it."""
+    still = 0.0, 0.0, 0.0, current_a, temperature_c, dt_s
+    return _sum(acting, [effect.initial(p, *still) for effect, p in acting], *still)
+
+
 class Beside:
     """All of them at work, sample by sample, with states of their own."""
 
-    __slots__ = ("_acting", "_factors", "_forces", "_given", "_products")
+    __slots__ = ("_acting", "_factors", "_forces", "_given", "_preload", "_products")
 
     def __init__(self, factors: Pairs, acting: Pairs) -> None:
         self._factors, self._acting = factors, acting
@@ -65,20 +85,59 @@ class Beside:
         self._products: list[list[float]] | None = None
         self._forces: list[list[float]] = []
         self._given = 0.0, 0.0
+        self._preload = 0.0
 
-    def ahead(
+    def look(
         self, v: float, x: float, a: float, current_a: float, temperature_c: float, dt_s: float
     ) -> tuple[float, float, float]:
         """At this sample of the rod's motion: the factor on f g h, and the forces beside as `line` has it."""
         v, x = expected(v, x, *self._given, dt_s)
-        rest = current_a, temperature_c, dt_s
+        rest = a, current_a, temperature_c, dt_s
+        here, faster = self._force(v, x, 0.0, *rest), self._force(v, x, FASTER_M_S, *rest)
+        factor = _product(self._factors, _copied(self._products or []), v, x, *rest[1:])
+        return factor, *line(here, faster, v, FASTER_M_S)
+
+    def ahead(
+        self,
+        piston_m_s: Callable[[float, float, float], float],
+        v: float,
+        x: float,
+        a: float,
+        current_a: float,
+        temperature_c: float,
+        dt_s: float,
+    ) -> tuple[float, float, float]:
+        """As `look`, once more where the piston turns by it: `piston_m_s` says how fast it leads to."""
+        rest = a, current_a, temperature_c, dt_s
+        factor, force, slope = self.look(v, x, *rest)
+        v, x = expected(v, x, *self._given, dt_s)
+        v1 = piston_m_s(factor, force, slope)
+        if v * v1 >= 0.0:
+            return factor, force, slope
+        there, by_line = self._force(v, x, v1 - v, *rest), force + slope * v1
+        if not turns_early(v, v1, there - by_line, by_line):
+            return factor, force, slope
+        low, high = min(v, v1), max(v, v1)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            if piston_m_s(factor, self._force(v, x, middle - v, *rest), 0.0) > middle:
+                low = middle
+            else:
+                high = middle
+        ends = self._force(v, x, low - v, *rest), self._force(v, x, high - v, *rest)
+        return factor, *line(*ends, low, high - low)
+
+    def _force(
+        self, v: float, x: float, faster: float, a: float, i: float, warm: float, dt_s: float
+    ) -> float:
+        """What acts beside f g h at a piston so much faster than expected."""
         if self._products is None:
-            self._products = [effect.initial(p, v, x, *rest) for effect, p in self._factors]
-            self._forces = [effect.initial(p, v, x, a, *rest) for effect, p in self._acting]
-        factor = _product(self._factors, _copied(self._products), v, x, *rest)
-        here = _sum(self._acting, _copied(self._forces), v, x, a, *rest)
-        faster = _sum(self._acting, _copied(self._forces), v + FASTER_M_S, x + FASTER_M_S * dt_s, a, *rest)
-        return factor, *line(here, faster, v)
+            self._products = [effect.initial(p, v, x, i, warm, dt_s) for effect, p in self._factors]
+            self._forces = [effect.initial(p, v, x, a, i, warm, dt_s) for effect, p in self._acting]
+            self._preload = preload(self._acting, i, warm, dt_s)
+        states = _copied(self._forces)
+        total = _sum(self._acting, states, v + faster, x + faster * dt_s, a, i, warm, dt_s)
+        return total - self._preload
 
     def follow(
         self,

@@ -112,7 +112,11 @@ class Stages:
             v, x = inner.next(v, x, current_a, temperature_c, *ALONE, t, lag, dt_s)
             return temperature_c, v, x
         rest = a, current_a, temperature_c, dt_s
-        carried = self.beside.ahead(v, x, *rest)
+
+        def piston_m_s(*carried: float) -> float:
+            return float(inner.peek(v, x, current_a, temperature_c, *carried, t, lag, dt_s)[0])
+
+        carried = self.beside.ahead(piston_m_s, v, x, *rest)
         v1, x1 = inner.next(v, x, current_a, temperature_c, *carried, t, lag, dt_s)
         self.beside.follow((v - v1, x - x1), v1, x1, *rest)
         return temperature_c, v1, x1

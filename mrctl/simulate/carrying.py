@@ -4,6 +4,7 @@ As `mrctl.model.beside` on the vehicle, with its functions. Which effects act is
 compiled: they come as pointers to what is compiled once for each of them, so that no combination has to be
 compiled for itself.
 """
+# ruff: noqa: ARG001 - factors and forces are called alike
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ from numba.core.errors import NumbaExperimentalFeatureWarning
 from numba.np.unsafe import ndarray
 
 from mrctl.errors import InputError
-from mrctl.model.beside import FASTER_M_S, Beside, Pairs, expected, line
+from mrctl.model.beside import FASTER_M_S, HALVINGS, Beside, Pairs, expected, line, preload, turns_early
 from mrctl.model.effects.base import Effect, Step, Vector
 from mrctl.model.filters import Coefficients
 from mrctl.model.static import StaticTables
@@ -29,8 +30,6 @@ from mrctl.simulate.run import Array, Ints
 Steps = tuple[Step, ...]
 Arrays = tuple[Array, ...]
 Pointers = tuple[Steps, Steps, Arrays, Arrays, Arrays, Arrays]
-
-# ruff: noqa: ARG001 - factors and forces are called alike
 
 # At every call, from any thread, numba says that functions as arguments are young.
 warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
@@ -60,16 +59,17 @@ def carrying(
     effect, p = of
     firsts = [[float(u[k]) for u in signals] for k in starts[:-1]]
     try:
-        begun = [Beside(factors, acting).ahead(v, x, a, i, warm, dt_s) for v, x, a, i, warm in firsts]
+        begun = [Beside(factors, acting).look(v, x, a, i, warm, dt_s) for v, x, a, i, warm in firsts]
         states = [
             effect.initial(p, v, x, i, warm, *held, tables[0], lag, dt_s)
             for (v, x, _, i, warm), held in zip(firsts, begun, strict=True)
         ]
+        preloads = np.array([preload(acting, i, warm, dt_s) for _, _, _, i, warm in firsts])
         pointers = _pointers(factors, acting, firsts, dt_s)
         out = np.empty_like(signals[0]), np.empty_like(signals[0])
         loop = compiled(_loop, effect.step, f"{effect.name}_carrying")
         with blaming(effect):
-            loop(p, np.array(states), starts, *signals, *pointers, tables[1], lag, dt_s, *out)
+            loop(p, np.array(states), starts, *signals, *pointers, preloads, tables[1], lag, dt_s, *out)
     except ArithmeticError as error:
         names = ", ".join(one.name for one, _ in (*factors, *acting))
         raise InputError.at(
@@ -107,11 +107,11 @@ def _alone(make: Callable[[int, Step], Step], step: Step, name: str, size: int, 
 def _factor_ahead(size: int, step: Step) -> Step:
     def call(
         p: Array, s: Array, room: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float,
-        carried: Array,
+        felt: Array,
     ) -> None:  # fmt: skip
         for k in range(s.size):
             room[k] = s[k]
-        carried[0] *= step(_in_order(p, size), room, v, x, i, warm, dt_s)
+        felt[0] *= step(_in_order(p, size), room, v, x, i, warm, dt_s)
 
     return call
 
@@ -128,15 +128,15 @@ def _force_ahead(size: int, step: Step) -> Step:
 
     def call(
         p: Array, s: Array, room: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float,
-        carried: Array,
+        felt: Array,
     ) -> None:  # fmt: skip
         q = _in_order(p, size)
         for k in range(s.size):
             room[k] = s[k]
-        carried[1] += step(q, room, v, x, a, i, warm, dt_s)
+        felt[1] += step(q, room, v, x, a, i, warm, dt_s)
         for k in range(s.size):
             room[k] = s[k]
-        carried[2] += step(q, room, v + faster, x + faster * dt_s, a, i, warm, dt_s)
+        felt[2] += step(q, room, v + faster, x + faster * dt_s, a, i, warm, dt_s)
 
     return call
 
@@ -149,30 +149,56 @@ def _force_on(size: int, step: Step) -> Step:
 
 
 def _loop(step: Step) -> Step:
-    near, through = expected, line  # compiled code finds what a loop is built around
+    # Compiled code finds what a loop is built around, not what stands beside it.
+    near, through, early, feel = expected, line, turns_early, _felt
+    faster, halvings = FASTER_M_S, HALVINGS
 
     def loop(
         p: P, s: Array, starts: Ints, velocity_m_s: Array, displacement_m: Array, acceleration_m_s2: Array,
         current_a: Array, temperature_c: Array, looks: Steps, goes: Steps, q: Arrays, first: Arrays,
-        now: Arrays, ahead: Arrays, tables: StaticTables, lag: Coefficients, dt_s: float, out_v: Array,
-        out_x: Array,
+        now: Arrays, room: Arrays, preload_n: Array, tables: StaticTables, lag: Coefficients, dt_s: float,
+        out_v: Array, out_x: Array,
     ) -> None:  # fmt: skip
         t = borrowed(tables)
-        carried = np.empty(3)  # factor, force, and force a little faster
+        felt = np.empty(3)  # factor, force, and force a little faster
+        own, trial = np.empty(s.shape[1]), np.empty(s.shape[1])
         for j in range(starts.size - 1):
-            own = s[j]
+            own[:] = s[j]
             for m in range(len(now)):
                 now[m][:] = first[m][j]
             given_m_s, given_m = 0.0, 0.0
             for k in range(starts[j], starts[j + 1]):
                 v, x, a = velocity_m_s[k], displacement_m[k], acceleration_m_s2[k]
                 i, warm = current_a[k], temperature_c[k]
-                v1, x1 = near(v, x, given_m_s, given_m, dt_s)
-                carried[0], carried[1], carried[2] = 1.0, 0.0, 0.0
-                for m in range(len(looks)):
-                    looks[m](q[m], now[m], ahead[m], v1, x1, a, i, warm, dt_s, carried)
-                force, slope = through(carried[1], carried[2], v1)
-                v1, x1 = step(p, own, v, x, i, warm, carried[0], force, slope, t, lag, dt_s)
+                v0, x0 = near(v, x, given_m_s, given_m, dt_s)
+                feel(looks, q, now, room, preload_n[j], v0, x0, 0.0, a, i, warm, dt_s, felt)
+                factor = felt[0]
+                force, slope = through(felt[1], felt[2], v0, faster)
+                trial[:] = own
+                v1, x1 = step(p, trial, v, x, i, warm, factor, force, slope, t, lag, dt_s)
+                if v0 * v1 < 0.0:
+                    by_line = force + slope * v1
+                    feel(looks, q, now, room, preload_n[j], v0, x0, v1 - v0, a, i, warm, dt_s, felt)
+                    if early(v0, v1, felt[1] - by_line, by_line):
+                        low, high = min(v0, v1), max(v0, v1)
+                        for _ in range(halvings):
+                            middle = 0.5 * (low + high)
+                            feel(
+                                looks, q, now, room, preload_n[j], v0, x0, middle - v0, a, i, warm, dt_s, felt
+                            )
+                            trial[:] = own
+                            v1, x1 = step(p, trial, v, x, i, warm, factor, felt[1], 0.0, t, lag, dt_s)
+                            if v1 > middle:
+                                low = middle
+                            else:
+                                high = middle
+                        feel(looks, q, now, room, preload_n[j], v0, x0, low - v0, a, i, warm, dt_s, felt)
+                        slow = felt[1]
+                        feel(looks, q, now, room, preload_n[j], v0, x0, high - v0, a, i, warm, dt_s, felt)
+                        force, slope = through(slow, felt[1], low, high - low)
+                        trial[:] = own
+                        v1, x1 = step(p, trial, v, x, i, warm, factor, force, slope, t, lag, dt_s)
+                own[:] = trial
                 for m in range(len(goes)):
                     goes[m](q[m], now[m], v1, x1, a, i, warm, dt_s)
                 given_m_s, given_m = v - v1, x - x1
@@ -180,3 +206,12 @@ def _loop(step: Step) -> Step:
                 out_x[k] = x1
 
     return loop
+
+
+def _felt(
+    looks: Steps, q: Arrays, now: Arrays, room: Arrays, preload_n: float, v: float, x: float, more: float,
+    a: float, i: float, warm: float, dt_s: float, felt: Array,
+) -> None:  # fmt: skip
+    felt[0], felt[1], felt[2] = 1.0, -preload_n, -preload_n
+    for m in range(len(looks)):
+        looks[m](q[m], now[m], room[m], v + more, x + more * dt_s, a, i, warm, dt_s, felt)

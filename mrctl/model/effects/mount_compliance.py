@@ -44,10 +44,9 @@ def step(
     """The piston's velocity in m/s and displacement in m.
 
     The balance k y (1 + hardening y^2) + c dy/dt = lag[f g(v1) h factor] + beside(v1), v1 = v - dy/dt, is as
-    stiff as the low-speed slope
-    of g over k is short, so it is solved implicitly (BDF2: second order, stable at any step), the spring on
-    its tangent where y is expected. g being a table, the solution is exact: the segment that holds it, then
-    a straight line.
+    stiff as the low-speed slope of g over k is short, so it is solved implicitly (BDF2: second order, stable
+    at any step), the spring on its tangent where y is expected. g being a table, the solution is exact: the
+    segment that holds it, then a straight line.
     """
     if p[0] <= 0.0:
         return velocity_m_s, displacement_m
@@ -91,15 +90,15 @@ def start(
     current_a: float,
     temperature_c: float,
     factor: float,
-    beside_n: float,
-    beside_n_s_m: float,
+    beside_n: float,  # noqa: ARG001 - the stage's; a stop's would bend a soft mount for miles
+    beside_n_s_m: float,  # noqa: ARG001 - the stage's
     tables: StaticTables,
     lag: Coefficients,
     dt_s: float,  # noqa: ARG001 - the stage's
 ) -> list[float]:
-    """The mount is bent as far as the first sample's force gets it, and no longer moves."""
+    """The mount is bent as far as the first sample's static force gets it, and no longer moves."""
     force = factor * backbone_force(velocity_m_s, current_a, temperature_c, tables)
-    bent = _bent(p, _reach(p) * p[0] * (force + beside_n + beside_n_s_m * velocity_m_s))
+    bent = _bent(p, _reach(p) * p[0] * force)
     return [*settled_state(inside(p, lag), force), bent, bent]
 
 
