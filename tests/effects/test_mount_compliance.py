@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from effects.conftest import make_damper, with_effects
+from effects.contract import by_sample
 from effects.equations import TABLES, T, relative, signals, velocity
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -118,6 +119,39 @@ _SOFTER = effects()["stroke_dependent_damping"].parameters[0]
 
 def _softer(p, s, velocity_m_s, displacement_m, current_a, temperature_c, dt_s):  # noqa: ARG001 - the stage's
     return 1.0 + p[0] * displacement_m
+
+
+def sharp(dt_s):
+    """A friction of next to no length beside a soft mount without damping."""
+    t, v = signals(dt_s)
+    friction = {"friction_n": 500.0, "presliding_m": 1e-6}
+    mount = {"compliance_m_n": 2e-6, "damping_n_s_m": 0.0}
+    damper = with_effects(make_damper(), mount_compliance=mount, coulomb_friction=friction)
+    return damper, Run.of(dt_s, v, 0.3, 45.0, stroke(t))
+
+
+def test_a_friction_turns_with_the_piston_where_the_mount_lets_it():
+    fine, coarse = (run.displacement_m - trace(run, d).displacement_m for d, run in map(sharp, (5e-5, 1e-3)))
+    assert relative(coarse[200:], fine[::20][200 : coarse.size]) < 0.03
+    assert float(np.max(np.abs(coarse))) < 1.2 * float(np.max(np.abs(fine)))
+
+
+def test_on_the_vehicle_it_turns_alike():
+    damper, run = sharp(1e-3)
+    desk = trace(run, damper).force_n
+    assert by_sample(damper, run) == pytest.approx(desk, abs=1e-9 * float(np.max(np.abs(desk))))
+
+
+def test_a_gas_preload_does_not_move_the_piston():
+    t, v = signals(0.001)
+    run = Run.of(0.001, v, 1.5, 45.0, stroke(t))
+    mount = {"compliance_m_n": 5e-6, "damping_n_s_m": 0.0}
+    gas = {"stiffness_n_m": 8e3, "progression_per_m": 0.0}
+    without, pressed = (
+        trace(run, with_effects(make_damper(), mount_compliance=mount, gas_spring={"preload_n": by_n, **gas}))
+        for by_n in (0.0, -900.0)
+    )
+    assert pressed.displacement_m == pytest.approx(without.displacement_m, abs=1e-12)
 
 
 def test_a_load_cells_zero_does_not_bend_the_mount():
