@@ -76,8 +76,7 @@ def test_the_part_of_the_lag_that_is_the_load_cells_does_not_bend_the_mount(shar
     assert -made.displacement_m / 5e-7 == pytest.approx(carried, abs=1e-6 * np.max(np.abs(carried)))
 
 
-@pytest.mark.parametrize("dt_s", [0.0005, 0.002])
-@pytest.mark.parametrize("stiffness_n_m", [5e5, 2e6])
+@pytest.mark.parametrize(("dt_s", "stiffness_n_m"), [(0.0005, 5e5), (0.002, 2e6)])
 def test_the_mount_carries_all_that_the_piston_feels(dt_s, stiffness_n_m):
     t, v = signals(dt_s)
     x, a = stroke(t), np.gradient(v, dt_s)
