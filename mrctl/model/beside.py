@@ -70,7 +70,7 @@ def preload(acting: Pairs, current_a: float, temperature_c: float, dt_s: float) 
 class Beside:
     """All of them at work, sample by sample, with states of their own."""
 
-    __slots__ = ("_acting", "_factors", "_forces", "_given", "_preload", "_products")
+    __slots__ = ("_acting", "_factors", "_forces", "_given", "_products", "preload_n")
 
     def __init__(self, factors: Pairs, acting: Pairs) -> None:
         self._factors, self._acting = factors, acting
@@ -85,7 +85,7 @@ class Beside:
         self._products: list[list[float]] | None = None
         self._forces: list[list[float]] = []
         self._given = 0.0, 0.0
-        self._preload = 0.0
+        self.preload_n = 0.0
 
     def look(
         self, v: float, x: float, a: float, current_a: float, temperature_c: float, dt_s: float
@@ -134,10 +134,15 @@ class Beside:
         if self._products is None:
             self._products = [effect.initial(p, v, x, i, warm, dt_s) for effect, p in self._factors]
             self._forces = [effect.initial(p, v, x, a, i, warm, dt_s) for effect, p in self._acting]
-            self._preload = preload(self._acting, i, warm, dt_s)
+            self.preload_n = preload(self._acting, i, warm, dt_s)
         states = _copied(self._forces)
         total = _sum(self._acting, states, v + faster, x + faster * dt_s, a, i, warm, dt_s)
-        return total - self._preload
+        return total - self.preload_n
+
+    @property
+    def states(self) -> list[list[float]]:
+        """Each effect's, the factors' first; none before the first look."""
+        return [*(self._products or []), *self._forces]
 
     def follow(
         self,

@@ -19,7 +19,7 @@ from numba.core.errors import NumbaExperimentalFeatureWarning
 from numba.np.unsafe import ndarray
 
 from mrctl.errors import InputError
-from mrctl.model.beside import FASTER_M_S, HALVINGS, Beside, Pairs, expected, line, preload, turns_early
+from mrctl.model.beside import FASTER_M_S, HALVINGS, Beside, Pairs, expected, line, turns_early
 from mrctl.model.effects.base import Effect, Step, Vector
 from mrctl.model.filters import Coefficients
 from mrctl.model.static import StaticTables
@@ -59,13 +59,16 @@ def carrying(
     effect, p = of
     firsts = [[float(u[k]) for u in signals] for k in starts[:-1]]
     try:
-        begun = [Beside(factors, acting).look(v, x, a, i, warm, dt_s) for v, x, a, i, warm in firsts]
+        beside = [Beside(factors, acting) for _ in firsts]
+        begun = [
+            one.look(v, x, a, i, warm, dt_s) for one, (v, x, a, i, warm) in zip(beside, firsts, strict=True)
+        ]
         states = [
             effect.initial(p, v, x, i, warm, *held, tables[0], lag, dt_s)
             for (v, x, _, i, warm), held in zip(firsts, begun, strict=True)
         ]
-        preloads = np.array([preload(acting, i, warm, dt_s) for _, _, _, i, warm in firsts])
-        pointers = _pointers(factors, acting, firsts, dt_s)
+        preloads = np.array([one.preload_n for one in beside])
+        pointers = _pointers(factors, acting, [one.states for one in beside])
         out = np.empty_like(signals[0]), np.empty_like(signals[0])
         loop = compiled(_loop, effect.step, f"{effect.name}_carrying")
         with blaming(effect):
@@ -80,20 +83,21 @@ def carrying(
     return out
 
 
-def _pointers(factors: Pairs, acting: Pairs, firsts: Sequence[Sequence[float]], dt_s: float) -> Pointers:
-    """Of each: what looks ahead and what goes on, parameters, first states (m, k), room for them twice."""
-    looks, goes, states = [], [], []
+def _pointers(factors: Pairs, acting: Pairs, firsts: Sequence[Sequence[Sequence[float]]]) -> Pointers:
+    """Of each: what looks ahead and what goes on, parameters, first states (m, k), room for them twice.
+
+    firsts (m stretches): the first states of each effect.
+    """
+    looks, goes = [], []
     for pairs, look, go in ((factors, _factor_ahead, _factor_on), (acting, _force_ahead, _force_on)):
         for effect, p in pairs:
             with blaming(effect):
                 looks.append(_alone(look, effect.step, f"{effect.name}_ahead", len(p), _LOOK))
                 goes.append(_alone(go, effect.step, f"{effect.name}_on", len(p), _GO))
-            begun = [
-                effect.initial(p, v, x, *((i, warm) if pairs is factors else (a, i, warm)), dt_s)
-                for v, x, a, i, warm in firsts
-            ]
-            states.append(np.array(begun, dtype=np.float64).reshape(len(firsts), -1))
     vectors = tuple(np.array(p) for _, p in (*factors, *acting))
+    states = [
+        np.array(begun, dtype=np.float64).reshape(len(firsts), -1) for begun in zip(*firsts, strict=True)
+    ]
     now, ahead = (tuple(np.empty(one.shape[1]) for one in states) for _ in range(2))
     return tuple(looks), tuple(goes), vectors, tuple(states), now, ahead
 
