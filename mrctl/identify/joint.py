@@ -21,6 +21,7 @@ from mrctl.identify.batch_forces import BatchForces
 from mrctl.identify.bounds import SLOWEST_POLE, base_bounds
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.kept import Asked, WeighedSlopes
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.neutral import neutral
 from mrctl.identify.noise import correlation_inflation, record_noise
@@ -35,37 +36,12 @@ Array = NDArray[np.float64]
 
 WEIGHING_RATE_HZ = 500.0  # forces are compared at this rate or up to twice it; dampers do little above 100 Hz
 SETTLE_TIMES = 4.0  # slowest time constants that a record's start is left out for
+SETTLE_S = 0.02  # and at least: a fluid that yields has a past, too, whatever its filter
 SETTLE_SHARE = 0.1  # but never more than this share of it
 FLOOR_SHARE = 1e-5  # of the force scale: noise below this is no noise
 EFFECT_SPREAD = 30.0  # steps that matter: the weak pull of an effect's parameters to neutral
 BEND_STEP = 0.1  # of a step, over which the forces' bend is taken
 MOST_KEPT = 12_000_000  # slopes, of 8 bytes each
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WeighedSlopes:
-    """A batch's slopes (m, blocks) by parameters `index`, its residual, the weights' roots (blocks each)."""
-
-    index: NDArray[np.intp]
-    values: Array
-    rest: Array
-    roots: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Asked:
-    """Normal equations, and what they were asked for."""
-
-    theta: Array
-    free: NDArray[np.bool_]
-    weights: Array
-    normal: Normal
-
-    def is_of(self, theta: Array, free: NDArray[np.bool_], weights: Array) -> bool:
-        """Whether these are the ones."""
-        asked = (theta, free, weights)
-        known = (self.theta, self.free, self.weights)
-        return all(np.array_equal(one, other) for one, other in zip(asked, known, strict=True))
 
 
 @dataclass
@@ -83,9 +59,10 @@ class JointModel:
     batches: list[Batch] = field(init=False, repr=False)
     weights: Array = field(init=False, repr=False)
     noise_n: Array = field(init=False, repr=False)
+    settling_s: float | None = field(init=False, repr=False, default=None)  # as a fit began; else by theta
     _forces: BatchForces = field(init=False, repr=False)
     _slopes: list[WeighedSlopes] | None = field(init=False, repr=False, default=None)
-    _last: _Asked | None = field(init=False, repr=False, default=None)
+    _last: Asked | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         self.batches = batches(self.layout, self.records, self.factor)
@@ -136,6 +113,10 @@ class JointModel:
     def forget(self) -> None:
         """Let go of the kept simulations and slopes; they are made again when asked for."""
         self._forces = BatchForces(self.layout, self.effects, self.batches)
+        self.forget_slopes()
+
+    def forget_slopes(self) -> None:
+        """Let go of the slopes alone, which are large."""
         self._slopes = self._last = None
 
     @property
@@ -174,12 +155,19 @@ class JointModel:
         return base.in_blocks(x, self.factor(record), picked=record.finer > 1)
 
     def settle_blocks(self, theta: Array, record: Record) -> int:
-        """Averages at the start of a record that its unknown past may still move."""
+        """Averages at the start of a record that its unknown past may still move.
+
+        A fit goes on with those that it began with, and so does what is asked of it: were it each step's own,
+        the cost would jump where a pole begins to show, and a fit stand there.
+        """
         if record.starts_at_rest:
             return 0  # so its past is known
-        slow = hysteresis.slowest_s(theta[self.layout.parts["filter"]])
-        samples = min(SETTLE_TIMES * slow * record.rate_hz, SETTLE_SHARE * len(record))
+        slow = self._slowest_s(theta) if self.settling_s is None else self.settling_s
+        samples = min(max(SETTLE_TIMES * slow, SETTLE_S) * record.rate_hz, SETTLE_SHARE * len(record))
         return int(samples / self.factor(record))
+
+    def _slowest_s(self, theta: Array) -> float:
+        return hysteresis.slowest_s(theta[self.layout.parts["filter"]])
 
     def predict(self, theta: Array) -> list[Array]:
         """Force in N of each record."""
@@ -255,7 +243,8 @@ class JointModel:
         are given: a fit often goes on where another stopped.
         """
         free = np.ones(self.size, dtype=bool) if free is None else free
-        if self._last is not None and self._last.is_of(theta, free, self.weights):
+        skips = tuple(self.settle_blocks(theta, record) for record in self.records)
+        if self._last is not None and self._last.is_of(theta, free, self.weights, skips):
             return self._last.normal
         dampers = self._forces.dampers(theta)
         moves = free[self.layout.size :]
@@ -277,7 +266,7 @@ class JointModel:
             cost += own_cost
         self._slopes = [one for one in kept if one is not None] if keep else None
         made = Normal(matrix, right, cost)
-        self._last = _Asked(theta.copy(), free.copy(), self.weights.copy(), made)
+        self._last = Asked(theta.copy(), free.copy(), self.weights.copy(), skips, made)
         return made
 
     def bend(self, theta: Array, step: Array) -> Array | None:
@@ -320,7 +309,7 @@ class JointModel:
 
     def weigh_as(self, other: JointModel) -> None:
         """Take another model's weights, whose records are these or versions of them."""
-        self.weights, self.noise_n = other.weights, other.noise_n
+        self.weights, self.noise_n, self.settling_s = other.weights, other.noise_n, other.settling_s
 
     def reweigh(self, theta: Array, *, each: bool = False) -> None:
         """Take the noise from what is left over at theta: one for all, or each record's with its colour.
@@ -338,6 +327,12 @@ class JointModel:
             self.noise_n = np.full(len(self.records), max(pooled, floor))
             colour = np.ones(len(self.records))
         self.weights = 1.0 / (self.noise_n**2 * colour)
+
+    def _as_fitted(self) -> JointModel:
+        """The model as it is now, for what is asked of a fit when another one is on its way."""
+        model = copy(self)
+        model.forget_slopes()
+        return model
 
     def fit(
         self,
@@ -371,6 +366,7 @@ class JointModel:
             if number:
                 self.reweigh(theta, each=True)
             least = 0.1 if number == rounds - 1 else 0.5
+            self.settling_s = self._slowest_s(theta)
             solution = solve(
                 partial(self.normal, free=free),
                 self.cost,
@@ -394,4 +390,4 @@ class JointModel:
                 on_round(number + 1, rounds)
         if solution is None:
             raise ValueError("a fit takes at least one round")
-        return JointFit(self, solution, list(penalties))
+        return JointFit(self._as_fitted(), solution, list(penalties))

@@ -92,13 +92,16 @@ def test_the_proposed_run_joins_the_campaign_before_the_second_question(tmp_path
 
 
 def test_what_was_found_is_set_beside_the_truth_and_tracked_on_new_runs(tmp_path, capsys):
-    key = (SEED, "A", 5)
+    key = (SEED, "A", 0)
     name, truth = generate.make_case(*key, tmp_path)
+    assert truth["effects"] == ["gas_spring"]
     for file in sorted((tmp_path / name).glob("*.csv"))[6:]:
-        file.unlink()  # fewer runs go through all of it; of five, one is slow and alone with its current
-    offset, start = effects()["force_offset"], {"force_offset": (0.0,)}
-    trial = SimpleNamespace(effect=offset, look=SimpleNamespace(free=np.array([True])))
+        file.unlink()  # fewer runs go through all of it
+    spring = effects()["gas_spring"]
+    free = np.array([not p.held for p in spring.parameters])
+    trial = SimpleNamespace(effect=spring, look=SimpleNamespace(free=free))
     without = SimpleNamespace(effects=SimpleNamespace(chosen=()))  # no model to begin at
+    start = {"gas_spring": spring.typical}
     campaign = load_campaign(tmp_path / name)
     found = SimpleNamespace(
         verdict="found",
@@ -109,20 +112,22 @@ def test_what_was_found_is_set_beside_the_truth_and_tracked_on_new_runs(tmp_path
     tracked, stated = tracking.tracked(found, campaign, key)
     answer = stated | {
         "verdict": "found",
-        "effects": ["force_offset"],
+        "effects": ["gas_spring"],
         "tracked": tracked,
         "extended": stated,
     }
-    ((_, parameter, true, value, (low, high), why),) = parameters.compared(truth, answer)
-    assert (parameter, why) == ("offset_n", None)
-    assert low < value < high
-    assert value == pytest.approx(true, abs=4 * (high - low))
+    compared = {parameter: rest for _, parameter, *rest in parameters.compared(truth, answer)}
+    for parameter, near in (("preload_n", 0.01), ("stiffness_n_m", 0.02)):
+        true, value, (low, high), why = compared[parameter]
+        assert why is None
+        assert low < true < high
+        assert value == pytest.approx(true, rel=near)
     forward, inverse = tracked["forward"], tracked["inverse"]
-    assert forward["noise_n"] < forward["extended_n"] < forward["base_n"]
-    assert 0.0 < inverse["extended_n"] < inverse["wish_n"]
+    assert forward["noise_n"] < forward["extended_n"] < 1.1 * forward["perfect_n"] < 0.5 * forward["base_n"]
+    assert inverse["extended_n"] < 0.5 * inverse["base_n"] < 0.1 * inverse["wish_n"]
     for table in (parameters.table, tracking.table, follow.table):
         table({name: answer}, {name: truth})
-    assert "force_offset.offset_n" in capsys.readouterr().out
+    assert "gas_spring.preload_n" in capsys.readouterr().out
 
 
 def test_the_true_set_alone_is_the_right_answer():

@@ -47,7 +47,7 @@ def sampled(model: JointModel, theta: Array, *, whole: bool = False) -> JointMod
     taken = sorted([*taken, *_up_to(lot, sizes, ENOUGH - sum(sizes[k] for k in taken))])
     few = model.on([pieces[k] for k in taken])
     of = [owners[k] for k in taken]
-    few.weights, few.noise_n = model.weights[of], model.noise_n[of]
+    few.weights, few.noise_n, few.settling_s = model.weights[of], model.noise_n[of], model.settling_s
     return few
 
 
