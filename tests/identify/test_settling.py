@@ -70,7 +70,7 @@ def test_what_is_left_out_makes_no_fit_better(begun, monkeypatch):
     model.seen = []
     fit = model.fit(theta, rounds=1)
     noise = np.random.default_rng(1).normal(0.0, 50.0, 800)
-    monkeypatch.setattr(model, "residuals", lambda _theta: [noise, noise])
+    monkeypatch.setattr(fit.model, "residuals", lambda _theta: [noise, noise])
     whole = misfit(fit)
-    monkeypatch.setattr(model, "residuals", lambda _theta: [noise[80:], noise[80:]])
+    monkeypatch.setattr(fit.model, "residuals", lambda _theta: [noise[80:], noise[80:]])
     assert misfit(fit) == pytest.approx(whole, rel=0.01)
