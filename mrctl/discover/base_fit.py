@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from mrctl.discover.channels.step_times import trusted
-from mrctl.discover.fits.race import TOLERANCE
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, promised
 from mrctl.discover.fits.trusting import as_plain, fitted_trusting
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
@@ -21,6 +21,7 @@ from mrctl.identify.records import Record, possible_rise_k
 from mrctl.model.effects.base import Effect, Vector
 
 STEPLESS_ITERATIONS = 30
+MOST_PROMISING = 3  # of the places where a fit may begin as well, after a few iterations from each
 
 
 def base_fit(
@@ -77,11 +78,17 @@ def fitted_to(
 ) -> JointFit:
     """The same model fitted to other records, each weighed as its like was.
 
-    others: effects' parameters (SI) to begin at as well; the better fit counts.
+    others: effects' parameters (SI) to begin at as well, of which those that a few iterations promise most of
+    go on; the best fit counts.
     """
     model = _weighed_alike(records, fit)
-    begins = [fit.theta, *(model.pack(fit.tables, {**fit.effect_values, **values}) for values in others)]
-    fits = [
-        model.fit(theta, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4) for theta in begins
-    ]
-    return min(fits, key=lambda one: one.total)
+    fitted = partial(model.fit, penalties=fit.penalties, rounds=1, iterations=10, tolerance=1e-4)
+    here = fitted(fit.theta)
+    if not others:
+        return here
+    begins = [model.pack(fit.tables, {**fit.effect_values, **values}) for values in others]
+    heats = [fitted(one, iterations=HEAT, tolerance=HEAT_TOLERANCE, passing=True) for one in begins]
+    best = here
+    for heat in sorted(heats, key=promised)[:MOST_PROMISING]:
+        best = min(best, fitted(heat.theta, known=best.total), key=lambda one: one.total)
+    return best

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -41,8 +42,20 @@ def _with_stop(evidence):
     return evidence.base([stop], {stop.name: stop.vector(STOP)})
 
 
+@cache
+def _sound():
+    evidence = _evidence()
+    return evidence, _with_stop(evidence)
+
+
+@cache
+def _drifting():
+    evidence = _evidence(("displacement_m",), BY_M, TILT_M)
+    return evidence, _with_stop(evidence)
+
+
 def test_a_stop_tells_where_a_stroke_has_its_zero_and_how_it_drifts():
-    proof, lost = _with_stop(_evidence()), _evidence(("displacement_m",), BY_M, TILT_M)
+    (_, proof), (lost, _) = _sound(), _drifting()
     model, count = proof.fit.model.on(lost.full), len(lost.full)
     found = stroke_zeros(model, proof.fit.theta, [True] * count, [True] * count)
     assert found[LOST] == pytest.approx([-BY_M, -TILT_M], abs=3e-4)
@@ -51,8 +64,7 @@ def test_a_stop_tells_where_a_stroke_has_its_zero_and_how_it_drifts():
 
 
 def test_with_it_little_but_noise_is_left():
-    lost = _evidence(("displacement_m",), BY_M, TILT_M)
-    bent = _with_stop(lost)
+    lost, bent = _drifting()
     placed, mended = centred(lost, bent)
     assert mended.mean_square < 3.0 * NOISE_N**2 < 0.01 * bent.mean_square
     assert np.argmax(placed.centres_m) == LOST
@@ -60,8 +72,7 @@ def test_with_it_little_but_noise_is_left():
 
 
 def test_a_stroke_that_was_measured_keeps_its_zero():
-    evidence = _evidence()
-    proof = _with_stop(evidence)
+    evidence, proof = _sound()
     assert centred(evidence, proof) == (evidence, proof)
 
 
@@ -74,8 +85,7 @@ def test_unless_a_model_then_takes_most_of_what_it_left():
 
 
 def test_nor_is_anything_fitted_where_moving_a_measured_stroke_alone_takes_little(monkeypatch):
-    evidence = _evidence()
-    proof = _with_stop(evidence)
+    evidence, proof = _sound()
     hardly = np.full((len(evidence.full), 2), [1e-5, 0.0])
     asked = []
     monkeypatch.setattr(taken_anew, "is_quiet", lambda _: False)
