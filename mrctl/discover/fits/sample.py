@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify.joint import JointModel
+from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.penalties import Penalty
 from mrctl.identify.records import Record
 
 Array = NDArray[np.float64]
 
 ENOUGH = 8000  # weighed samples
 PIECE = ENOUGH // 4  # of a record that is longer than that
+HELD = 0.1  # of what all records say of a parameter, that still counts where a fit is to some of them
 _SEED = 1  # of the order in which records come that nothing else speaks for: not that of the files
 
 
@@ -49,6 +52,24 @@ def sampled(model: JointModel, theta: Array, *, whole: bool = False) -> JointMod
     of = [owners[k] for k in taken]
     few.weights, few.noise_n, few.settling_s = model.weights[of], model.noise_n[of], model.settling_s
     return few
+
+
+def as_all_say(fit: JointFit, theta: Array, *, warmth: bool = True) -> Penalty:
+    """A weak hold of a fit to some of the records, at theta: as firm as all records make each parameter.
+
+    Some records say little of some parameters, which then go anywhere for a little of the error: what such a
+    fit promises all records do not keep. theta: the fit's parameters, maybe others, and more behind them that
+    are not held. warmth: those of the temperature are held too; else the hold is one whatever h may be.
+    """
+    known, layout = fit.solution.normal.matrix, fit.model.layout
+    if not warmth:
+        h = np.r_[layout.parts["h_on"], layout.parts["h_off"]]
+        by_h = known[:, h] @ np.linalg.pinv(known[np.ix_(h, h)], hermitian=True) @ known[h]
+        known = known - by_h
+    values, vectors = np.linalg.eigh(known)
+    own = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    rows = np.pad(own, ((0, 0), (0, theta.size - fit.theta.size)))
+    return Penalty("all records", rows, rows @ theta, HELD, adapts=False)
 
 
 def has_long(model: JointModel) -> bool:

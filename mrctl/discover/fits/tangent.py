@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE
-from mrctl.discover.fits.sample import has_long, sampled
+from mrctl.discover.fits.sample import as_all_say, has_long, sampled
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.penalties import total_weight
+from mrctl.identify.penalties import Penalty, total_weight
 from mrctl.model.effects.base import Effect, Stage
 
 Array = NDArray[np.float64]
@@ -42,6 +42,7 @@ class Tangent:
     lower: Array  # how far each moving parameter may go
     upper: Array
     frozen: bool = False
+    held: tuple[Penalty, ...] = ()  # where it is of some records only: what all say
 
     def few(self, beside: Effect) -> JointModel:
         """The model on as much data as is enough to choose by, when that effect may come to it."""
@@ -57,7 +58,7 @@ class Tangent:
         fit = self.fit
         return fit.model.fit(
             fit.theta,
-            penalties=fit.penalties,
+            penalties=[*fit.penalties, *self.held],
             rounds=1,
             free=fit.moving,
             iterations=HEAT,
@@ -89,7 +90,8 @@ class Tangent:
     def _on(self, few: JointModel) -> Tangent:
         if few is self.fit.model:
             return self
-        return Tangent.of(replace(self.fit, model=few), frozen=self.frozen)
+        part = Tangent.of(replace(self.fit, model=few), frozen=self.frozen)
+        return replace(part, held=(as_all_say(self.fit, self.fit.theta),))
 
     @classmethod
     def of(cls, fit: JointFit, *, frozen: bool = False) -> Tangent:

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from mrctl.discover.fits.grow import without_temperature
 from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, promised, pursued
+from mrctl.discover.fits.sample import as_all_say
 from mrctl.discover.fits.screen import Look, Screen
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.penalties import weighed_as
+from mrctl.identify.penalties import Penalty, weighed_as
 from mrctl.model.effects.base import Effect, Stage, Vector
 
 Array = NDArray[np.float64]
@@ -69,13 +70,15 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     fit = screen.tangent.fit
     warm = effect.stage is Stage.TEMPERATURE
     few = screen.tangent.few(effect)
-    alone, heat = Effects((effect,)), _heat(fit, few, effect)
+    alone = Effects((effect,))
     base = without_temperature(fit) if warm else fit.theta
+    hold = () if few is fit.model else (as_all_say(fit, np.append(base, alone.pack({})), warmth=not warm),)
+    heat = _heat(fit, few, effect, hold)
     starts = [np.concatenate([base, alone.pack({effect.name: effect.within(point)})]) for point in points]
     model = few.with_effects(Effects((*fit.model.effects.chosen, effect)))
     starts = _unlike(starts, model.cost, lambda cost: SAME * cost)
     if warm or effect.stage in _KNOWN_FORCE:  # the base settles beside it first
-        settle = _heat(fit, few, effect, beside=True)
+        settle = _heat(fit, few, effect, hold, beside=True)
         starts = [settle(start).theta for start in starts]
     # A few records are fitted better by any model than all are.
     least = screen.tangent.glance(effect).left_alone
@@ -121,7 +124,9 @@ def far_look(screen: Screen, worth: Sequence[Promise]) -> Look | None:
     return replace(look, gain=2.0 * (fit.total - best.total), settled=best.theta[: fit.theta.size])
 
 
-def _heat(fit: JointFit, on: JointModel, effect: Effect, *, beside: bool = False) -> Callable[..., JointFit]:
+def _heat(
+    fit: JointFit, on: JointModel, effect: Effect, hold: Sequence[Penalty] = (), *, beside: bool = False
+) -> Callable[..., JointFit]:
     """How a few steps are fitted with one more effect, on a model's records; beside: the effect as it is.
 
     What is optional of it stays where it began: so early it would lead into any valley.
@@ -130,7 +135,7 @@ def _heat(fit: JointFit, on: JointModel, effect: Effect, *, beside: bool = False
     own = [needed and not beside for needed in effect.needed]
     return partial(
         model.fit,
-        penalties=weighed_as(fit.penalties, model.penalties()),
+        penalties=[*weighed_as(fit.penalties, model.penalties()), *hold],
         rounds=1,
         free=np.concatenate([fit.moving, own]),
         iterations=HEAT,

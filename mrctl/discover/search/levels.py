@@ -88,11 +88,11 @@ def search_level(
     enough, as is that of a trial with which nothing is left, or next to nothing.
     """
     tangent = Tangent.of(before.fit)
-    seen = looks(tangent, candidates, afar=afar)
-    done("every candidate")
     whole = float(tangent.residual @ tangent.residual)
     n2 = max(before.mean_square, 1e-300)
     least = HOPELESS * least_n2(before) / n2 * whole
+    seen = looks(tangent, candidates, afar=afar, least=least)
+    done("every candidate")
     hopeful = [one for one in seen[:MOST_FITTED] if one.gain > least and one.free.any()]
     own = [] if known is None else _known(before, known, seen)
     trials = list(own)

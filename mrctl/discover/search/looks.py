@@ -18,16 +18,22 @@ Array = NDArray[np.float64]
 
 CLIMBED = 7
 LITTLE = 0.02  # of the best promise: an effect that promises less is not looked at closely
+UNDERSTATED = 0.5  # of what a far look may gain, that some records promise at least
 STARTS = 3  # from which an effect is looked at closely, until one keeps what the glance promised there
 
 
 def looks(
-    tangent: Tangent, candidates: Sequence[Effect], most: int = CLIMBED, *, afar: bool = False
+    tangent: Tangent,
+    candidates: Sequence[Effect],
+    most: int = CLIMBED,
+    *,
+    afar: bool = False,
+    least: float = 0.0,
 ) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely.
 
     None of them that promises next to nothing is. Of one that is looked at from afar, too, the better look
-    counts; afar: all of them are, and none closely.
+    counts; afar: all of them are, and none closely. least: gain without which a look is of no use.
     """
     ranges = reach_of(tangent.fit.model)
 
@@ -56,8 +62,8 @@ def looks(
     common = [*candidates, *tangent.fit.model.common]
     asked = in_processes(_asked, to_ask, common)
     found = [one for one in asked if not isinstance(one, list)]
-    least = FAINT * max((one.gain for one in found), default=0.0)
-    worth = [[p for p in one if p.gain > least] for one in asked if isinstance(one, list)]
+    faint = max(FAINT * max((one.gain for one in found), default=0.0), UNDERSTATED * least)
+    worth = [[p for p in one if p.gain > faint] for one in asked if isinstance(one, list)]
     further = in_processes(partial(far_look, screen), [some for some in worth if some], common)
     found += [one for one in further if one is not None]
     best = {one.effect.name: one for one in sorted(found, key=_gain)}

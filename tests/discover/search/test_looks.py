@@ -54,6 +54,24 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
     assert len(_Screen.asked) == asked
 
 
+@pytest.mark.parametrize(("least", "asked"), [(0.0, True), (5.0, True), (7.0, False)])
+def test_a_promise_too_faint_for_any_use_is_not_gone_on_with(monkeypatch, least, asked):
+    """It promises a gain of 3; least: without which a look is of no use, and it may gain twice as much."""
+    _Screen.gains, _Screen.asked, far = dict.fromkeys([(1.0,), (2.0,), (3.0,)], 9.0), [], []
+    effect = SimpleNamespace(name="a", far=None, starting_points=lambda _: [()], parameters=())
+    promise = module.Promise(effect, np.zeros(1), 3.0)
+    monkeypatch.setattr(module, "Screen", _Screen)
+    monkeypatch.setattr(module, "reach_of", lambda _: None)
+    monkeypatch.setattr(module, "far_points", lambda *_: [(effect, [()])])
+    monkeypatch.setattr(module, "promises", lambda *_: [promise])
+    monkeypatch.setattr(module, "far_look", lambda _, worth: far.append(worth))
+    fit = SimpleNamespace(model=SimpleNamespace(records=[], common=[]))
+    few = SimpleNamespace(residual=np.ones(4), fit=fit)
+    whole = SimpleNamespace(residual=np.ones(4), fit=fit, glance=lambda _: few)
+    module.looks(whole, [effect], least=least)
+    assert far == ([[promise]] if asked else [])
+
+
 @pytest.mark.parametrize(("held", "rarely"), [(1.0, False), (0.9, False), (0.3, True), (0.05, True)])
 def test_a_stop_acts_rarely_and_a_spring_does_not(held, rarely):
     """held: the share of the samples in which the force acts."""
