@@ -18,7 +18,7 @@ from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE
 from mrctl.discover.fits.sample import as_all_say, has_long, sampled
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.penalties import Penalty, total_weight
+from mrctl.identify.penalties import total_weight
 from mrctl.model.effects.base import Effect, Stage
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Tangent:
     lower: Array  # how far each moving parameter may go
     upper: Array
     frozen: bool = False
-    held: tuple[Penalty, ...] = ()  # where it is of some records only: what all say
+    partial: bool = False  # of some of the records only, at the fit of all
 
     def few(self, beside: Effect) -> JointModel:
         """The model on as much data as is enough to choose by, when that effect may come to it."""
@@ -56,9 +56,10 @@ class Tangent:
     def left_alone(self) -> float:
         """What the model leaves after a few more steps to the tangent's records, as a fit's total cost."""
         fit = self.fit
+        hold = [as_all_say(fit, fit.theta)] if self.partial else []
         return fit.model.fit(
             fit.theta,
-            penalties=[*fit.penalties, *self.held],
+            penalties=[*fit.penalties, *hold],
             rounds=1,
             free=fit.moving,
             iterations=HEAT,
@@ -90,8 +91,7 @@ class Tangent:
     def _on(self, few: JointModel) -> Tangent:
         if few is self.fit.model:
             return self
-        part = Tangent.of(replace(self.fit, model=few), frozen=self.frozen)
-        return replace(part, held=(as_all_say(self.fit, self.fit.theta),))
+        return replace(Tangent.of(replace(self.fit, model=few), frozen=self.frozen), partial=True)
 
     @classmethod
     def of(cls, fit: JointFit, *, frozen: bool = False) -> Tangent:

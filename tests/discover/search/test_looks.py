@@ -11,6 +11,15 @@ from mrctl.discover.search import looks as module
 PROMISES = [(9.0, (1.0,)), (8.0, (2.0,)), (7.0, (3.0,)), (6.0, (4.0,))]
 
 
+_EFFECT = SimpleNamespace(name="a", far=None, starting_points=lambda _: [()], parameters=())
+
+
+def _tangent():
+    fit = SimpleNamespace(model=SimpleNamespace(records=[], common=[]))
+    few = SimpleNamespace(residual=np.ones(4), fit=fit)
+    return SimpleNamespace(residual=np.ones(4), fit=fit, glance=lambda _: few)
+
+
 class _Screen:
     """Gains by the starting point, which the case sets."""
 
@@ -44,12 +53,7 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
     _Screen.gains, _Screen.asked = dict(zip([(1.0,), (2.0,), (3.0,)], gains, strict=True)), []
     monkeypatch.setattr(module, "Screen", _Screen)
     monkeypatch.setattr(module, "reach_of", lambda _: None)
-    fit = SimpleNamespace(model=SimpleNamespace(records=[], common=[]))
-    few = SimpleNamespace(residual=np.ones(4), fit=fit)
-    whole = SimpleNamespace(residual=np.ones(4), fit=fit, glance=lambda _: few)
-    (look,) = module.looks(
-        whole, [SimpleNamespace(name="a", far=None, starting_points=lambda _: [()], parameters=())]
-    )
+    (look,) = module.looks(_tangent(), [_EFFECT])
     assert look.gain == best
     assert len(_Screen.asked) == asked
 
@@ -58,17 +62,13 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
 def test_a_promise_too_faint_for_any_use_is_not_gone_on_with(monkeypatch, least, asked):
     """It promises a gain of 3; least: without which a look is of no use, and it may gain twice as much."""
     _Screen.gains, _Screen.asked, far = dict.fromkeys([(1.0,), (2.0,), (3.0,)], 9.0), [], []
-    effect = SimpleNamespace(name="a", far=None, starting_points=lambda _: [()], parameters=())
-    promise = module.Promise(effect, np.zeros(1), 3.0)
+    promise = module.Promise(_EFFECT, np.zeros(1), 3.0)
     monkeypatch.setattr(module, "Screen", _Screen)
     monkeypatch.setattr(module, "reach_of", lambda _: None)
-    monkeypatch.setattr(module, "far_points", lambda *_: [(effect, [()])])
+    monkeypatch.setattr(module, "far_points", lambda *_: [(_EFFECT, [()])])
     monkeypatch.setattr(module, "promises", lambda *_: [promise])
     monkeypatch.setattr(module, "far_look", lambda _, worth: far.append(worth))
-    fit = SimpleNamespace(model=SimpleNamespace(records=[], common=[]))
-    few = SimpleNamespace(residual=np.ones(4), fit=fit)
-    whole = SimpleNamespace(residual=np.ones(4), fit=fit, glance=lambda _: few)
-    module.looks(whole, [effect], least=least)
+    module.looks(_tangent(), [_EFFECT], least=least)
     assert far == ([[promise]] if asked else [])
 
 
