@@ -36,7 +36,7 @@ WARMER = (1.0, 2.5)  # times the fluid's rise that was found
 QUIETER = 0.5  # of the mean square that a model was weighed by
 
 
-def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
+def grown(before: Tangent, look: Look, more_heats: int = 0, known: float = np.inf) -> JointFit:
     """A fit with one more effect, base and effects moving together, weights as they are.
 
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
@@ -44,7 +44,8 @@ def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
     one; with the base fitted anew beside the effect as it looked; or at the first of these with a plain lag
     for the filter, some effects from all their starting points, a warmth also with h fitted anew; what yields
     beside bases that never met it.
-    more_heats: as `raced` has it; one whose values are known needs none.
+    more_heats: as `raced` has it; one whose values are known needs none. known: a total cost below
+    which it must come to be of use.
     """
     fit = before.fit
     effect = look.effect
@@ -96,7 +97,7 @@ def grown(before: Tangent, look: Look, more_heats: int = 0) -> JointFit:
         ]
     every = [start, *settled, *(with_plain_lag(model, one) for one in again)]
     cut = before.few(effect) is not fit.model
-    return raced(every, heat, fitted, model.cost, ITERATIONS, fit.total, more_heats, few=cut)
+    return raced(every, heat, fitted, model.cost, ITERATIONS, min(known, fit.total), more_heats, few=cut)
 
 
 def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, Vector]]:
@@ -234,14 +235,14 @@ def _quick(
     )
 
 
-def again(proof: Proof, base: Array, folds: Folds) -> Proof:
-    """The better of a fit and the same fit begun with another base."""
+def again(proof: Proof, base: Array, folds: Folds, known: float = np.inf) -> Proof:
+    """The better of a fit and the same fit begun with another base; known: as `grown` has it."""
     fit = proof.fit
-    other = _elsewhere(fit, np.concatenate([base, fit.theta[base.size :]]))
+    other = _elsewhere(fit, np.concatenate([base, fit.theta[base.size :]]), known)
     return prove(other, folds) if other.total < fit.total - WORTH_MOVING else proof
 
 
-def _elsewhere(fit: JointFit, theta: Array) -> JointFit:
-    """The same fit begun elsewhere, ended early where it is not on its way to better this one."""
+def _elsewhere(fit: JointFit, theta: Array, known: float = np.inf) -> JointFit:
+    """The same fit begun elsewhere, ended early where it is not on its way to better this and `known`."""
     fitted = partial(fit.model.fit, penalties=fit.penalties, free=fit.moving, rounds=1)
-    return pursued(fitted, theta, ITERATIONS, fit.total - WORTH_MOVING)
+    return pursued(fitted, theta, ITERATIONS, min(known, fit.total - WORTH_MOVING))

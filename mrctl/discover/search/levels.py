@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.grow import DEAR_TOGETHER, Folds, again, grown
+from mrctl.discover.fits.grow import DEAR_TOGETHER, ITERATIONS, Folds, again, grown
 from mrctl.discover.fits.proof import Proof, chance, log_gain, prove
 from mrctl.discover.fits.robust import second_opinions
 from mrctl.discover.fits.screen import Look, reach_of
@@ -32,6 +32,7 @@ ENOUGH = 0.01  # of the mean square, that a trial may leave for its base to be b
 MORE_HEATS = 4  # for starts of a trial that may still become its best
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
+ABOUT = 0.9  # of the best look's gain, that another's is about as much
 CLOSE_TRIAL = 0.7  # of the best trial's gain, or its look's, to be begun once more from its base
 
 
@@ -59,6 +60,12 @@ class Trial:
     def fit(self) -> JointFit:
         """The joint fit."""
         return self.proof.fit
+
+    @property
+    def gain_at_most(self) -> float:
+        """The gain, had a fit that was ended early gone on as it did last."""
+        ended = self.fit.solution
+        return self.gain + (0.0 if ended.converged else 2.0 * ITERATIONS * ended.last_gain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +114,7 @@ def search_level(
         ]
         if not promising:
             break
-        trials += _all_tried(before, tangent, folds, promising)
+        trials = _raced(before, tangent, folds, promising, trials)
         done(", ".join(one.effect.name for one in promising))
         # A look that its fit does not bear out must not keep others from being fitted.
         best = max((before.mean_square - t.proof.mean_square) / n2 * whole for t in trials)
@@ -180,9 +187,10 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
         if t is not best
         and (t.gain >= CLOSE_TRIAL * best.gain or t.look.gain >= CLOSE_TRIAL * best.look.gain)
     ]
-    proofs = [before, *(t.proof for t in close)]
-    common = [one for p in proofs for one in (p, *p.fit.model.common)]
-    before, *proofs = in_processes(lambda p: again(p, there, folds), proofs, common)
+    common = [one for p in (before, *(t.proof for t in close)) for one in (p, *p.fit.model.common)]
+    near = _near(before, best)
+    asked = [(before, np.inf), *((t.proof, near) for t in close)]
+    before, *proofs = in_processes(lambda one: again(one[0], there, folds, one[1]), asked, common)
     if best.effect.stage is Stage.OUTPUT:
         before = again(before, with_lag_of_two(before.fit.model, there), folds)
     begun = [replace(t, proof=proof) for t, proof in zip(close, proofs, strict=True)]
@@ -201,16 +209,41 @@ def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
     return replace(trial, proof=proof, gain=gain, chance=chance(gain, trial.parameters))
 
 
-def _all_tried(before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Look]) -> list[Trial]:
+def _all_tried(
+    before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Look], known: float = np.inf
+) -> list[Trial]:
     common = [*seen, *(one.effect for one in seen), *before.fit.model.common]
     # What takes longest first, so that nothing waits for it.
     dear = sorted(seen, key=lambda one: len(one.effect.parameters), reverse=True)
-    return in_processes(partial(tried, before, tangent, folds), dear, common)
+    return in_processes(partial(tried, before, tangent, folds, known=known), dear, common)
 
 
-def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look) -> Trial:
-    """The joint fit of a model with one more effect, begun at a look."""
-    return trial_of(before, look, prove(grown(tangent, look, MORE_HEATS), folds))
+def _raced(
+    before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Look], trials: Sequence[Trial]
+) -> list[Trial]:
+    """These trials and those of more looks, which go no farther than to where they cannot come near the best.
+
+    Where there is none yet, of those that promise about as much the cheapest goes first.
+    """
+    if not trials:
+        best = max(one.gain for one in seen)
+        close = [one for one in seen if one.gain >= ABOUT * best]
+        first = min(close, key=lambda one: len(one.effect.parameters))
+        trials, seen = [tried(before, tangent, folds, first)], [one for one in seen if one is not first]
+    true = [t for t in trials if t.proof.predicts_better_than(before)]
+    known = min((_near(before, t) for t in true), default=np.inf)
+    return [*trials, *_all_tried(before, tangent, folds, seen, known)]
+
+
+def _near(before: Proof, best: Trial) -> float:
+    """The total cost above which a trial's log-likelihood is not near the best one's."""
+    none = before.fit.total
+    return none * float(min(best.fit.total / none, 1.0) ** CLOSE_TRIAL)
+
+
+def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look, known: float = np.inf) -> Trial:
+    """The joint fit of a model with one more effect, begun at a look; known: as `grown` has it."""
+    return trial_of(before, look, prove(grown(tangent, look, MORE_HEATS, known), folds))
 
 
 def trial_of(before: Proof, look: Look, proof: Proof) -> Trial:

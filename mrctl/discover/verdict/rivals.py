@@ -96,7 +96,7 @@ def _alike(chosen: Trial, level: Level, known: set[str]) -> list[Look]:
         name = look.effect.name
         if name in {chosen.effect.name, *known} or not (look.plausible and _one_sided(look.effect)):
             continue
-        fits = next((t.gain for t in level.trials if t.effect.name == name), 0.0)
+        fits = next((t.gain_at_most for t in level.trials if t.effect.name == name), 0.0)
         if fits < BLOCKED * chosen.gain:  # by its bounds: as itself it was not seen to fit worse
             blocked.append(look)
     own, *blocked = _plain([own, *blocked], level)

@@ -54,10 +54,13 @@ def step(
     s[0] = elastic
     s[1] = yielding
     if p[4] > 0.0:  # else nothing hangs on them
-        for way_m in ways(s[8], velocity_m_s, dt_s)[1:]:
-            s[2] = saturated(s[2], length, way_m)
-            s[3] = rounded(s[3], length, way_m)
-            s[4] = sharp(s[4], length, way_m)
+        for way_m in ways(s[8], velocity_m_s, dt_s)[1:]:  # of no part that has no weight
+            if p[5] < 1.0 and p[6] < 1.0:
+                s[2] = saturated(s[2], length, way_m)
+            if p[5] > 0.0 and p[6] < 1.0:
+                s[3] = rounded(s[3], length, way_m)
+            if p[6] > 0.0:
+                s[4] = sharp(s[4], length, way_m)
     s[8] = velocity_m_s
     return _together(p, shape, elastic + p[7] * velocity_m_s, s[2], s[3], s[4]) * level_n
 
@@ -79,10 +82,12 @@ def start(
 
 
 def _idle(p: Vector) -> list[int]:
-    """What the part that creeps, those beside it, or a new field would need, where they are not there."""
+    """What the part that creeps, each beside it, or a new field would need, where it is not there."""
     of_creep = [] if p[3] > 0.0 else [0, 1, 6, 7]
     of_plastic = [] if p[4] > 0.0 else [2, 3, 4, 8]
-    return [*of_creep, *of_plastic, *([] if p[8] > 0.0 else [5])]
+    parts = {2: (1.0 - p[6]) * (1.0 - p[5]), 3: (1.0 - p[6]) * p[5], 4: p[6]}
+    weightless = [state for state, part in parts.items() if part <= 0.0]
+    return [*of_creep, *of_plastic, *weightless, *([] if p[8] > 0.0 else [5])]
 
 
 def undo(
