@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from mrctl.discover import taken_anew
 from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.fits.grow import grown_by, settled
+from mrctl.discover.fits.grow import grown_by
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.refit import Split, error_on, fitted, one_more, scatters, split, thinned
+from mrctl.discover.fits.settle import settled
 from mrctl.discover.fits.unseen import Unseen
 from mrctl.discover.search.levels import search_level
 from mrctl.discover.search.quiet import is_quiet

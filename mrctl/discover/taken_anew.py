@@ -18,10 +18,11 @@ from mrctl.discover.channels.own_recovery import recovers_instead
 from mrctl.discover.channels.stroke_zeros import FARTHEST, moved, stroke_zeros
 from mrctl.discover.channels.warm_starts import begin_as_fluids_do, more_than_scales, warm_starts, warmed
 from mrctl.discover.evidence import WHOLE, Evidence
-from mrctl.discover.fits.grow import settled, without_temperature
+from mrctl.discover.fits.grow import without_temperature
 from mrctl.discover.fits.proof import Proof, log_gain, prove
 from mrctl.discover.fits.refit import error_on
 from mrctl.discover.fits.screen import ranges_of
+from mrctl.discover.fits.settle import settled
 from mrctl.discover.fits.thinning import thins_as_it_warms
 from mrctl.discover.search.quiet import is_quiet
 from mrctl.identify.joint_fit import JointFit

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.folds import covered
-from mrctl.discover.fits.grow import WORTH_FREEING, grown_by
+from mrctl.discover.fits.grow import grown_by
+from mrctl.discover.fits.settle import WORTH_FREEING
 from mrctl.discover.fits.trusting import as_plain
 from mrctl.discover.noise.noise_floor import noise_floor, pooled_floor
 from mrctl.identify.best import fit_base

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mrctl.discover.fits.grow import Folds, without
+from mrctl.discover.fits.grow import Folds
 from mrctl.discover.fits.proof import Proof, log_gain
+from mrctl.discover.fits.settle import without
 from mrctl.discover.search.levels import Trial
 from mrctl.discover.verdict.worth import LEAST_SCORE
 

@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.grow import DEAR_TOGETHER, ITERATIONS, Folds, again, grown
+from mrctl.discover.fits.grow import DEAR_TOGETHER, ITERATIONS, Folds, grown
 from mrctl.discover.fits.proof import Proof, chance, log_gain, prove
 from mrctl.discover.fits.robust import second_opinions
 from mrctl.discover.fits.screen import Look, reach_of
+from mrctl.discover.fits.settle import again
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.discover.fits.thinning import thins_as_it_warms
 from mrctl.discover.search.looks import looks, usual_looks

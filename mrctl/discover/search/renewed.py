@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from mrctl.discover.fits.grow import ITERATIONS, WORTH_MOVING, Folds, settled
+from mrctl.discover.fits.grow import ITERATIONS, Folds
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.race import raced
 from mrctl.discover.fits.sample import sampled
 from mrctl.discover.fits.screen import ranges_of
+from mrctl.discover.fits.settle import WORTH_MOVING, settled
 from mrctl.identify.joint_fit import JointFit
 from mrctl.model.effects.base import Effect, Stage
 

@@ -9,8 +9,8 @@ from itertools import count
 
 from mrctl.discover import taken_anew
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.fits.grow import settled
 from mrctl.discover.fits.proof import Proof
+from mrctl.discover.fits.settle import settled
 from mrctl.discover.search.begun_warm import begun_warm
 from mrctl.discover.search.exchange import exchanged
 from mrctl.discover.search.levels import Level, Trial, further, search_level, unsearched

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from mrctl.discover import taken_anew
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.fits.grow import without
 from mrctl.discover.fits.proof import Proof
 from mrctl.discover.fits.screen import reach_of
+from mrctl.discover.fits.settle import without
 from mrctl.discover.search.levels import Level, Trial, search_level
 from mrctl.discover.verdict.constancy import Change, changes_of
 from mrctl.discover.verdict.judged import EXPLAINED, MOST_IN_PART, NAMING, Judged

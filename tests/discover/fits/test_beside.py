@@ -7,7 +7,7 @@ from dataclasses import replace
 from hidden import few, rich
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.fits.grow import settled
+from mrctl.discover.fits.settle import settled
 from mrctl.model.effects.registry import effects
 
 STOPS = {

@@ -10,9 +10,10 @@ import pytest
 from discover.hidden import rich
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.fits.grow import WARMER, grown_by, settled, warmer, without
+from mrctl.discover.fits.grow import grown_by
 from mrctl.discover.fits.proof import prove
 from mrctl.discover.fits.refit import fitted
+from mrctl.discover.fits.settle import WARMER, settled, warmer, without
 from mrctl.discover.search.exchange import exchanged
 from mrctl.discover.search.renewed import renewed
 from mrctl.identify.effects_fit import Effects
