@@ -20,7 +20,7 @@ from mrctl.discover.verdict.judged import EXPLAINED, MOST_IN_PART, NEARLY_ALL
 from mrctl.discover.verdict.own_delay import is_filters
 from mrctl.discover.verdict.rivals import simplest
 from mrctl.discover.verdict.scales import is_the_rigs
-from mrctl.discover.verdict.worth import accepted, least_accepted_n2, matters, removable_n2
+from mrctl.discover.verdict.worth import accepted, least_accepted_n2, matters, removable_n2, stands_in
 from mrctl.model.effects.base import Effect
 
 Report = Callable[[float, str], None]
@@ -66,7 +66,8 @@ def rounds_of(
             if not found:
                 levels.clear()  # the base is another
             continue
-        if found and not matters(there, base, here, best):
+        alike = bool(found) and stands_in(best, levels[0], found)
+        if found and not matters(there, base, here, best, stands_in=alike):
             instead = None if best.effect.name in gone else exchanged(here, best, found, evidence.folds)
             if instead is None:
                 break

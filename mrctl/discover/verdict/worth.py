@@ -17,7 +17,7 @@ from mrctl.model.effects.base import Effect, Parameter, Vector
 
 if TYPE_CHECKING:
     from mrctl.discover.evidence import Evidence
-    from mrctl.discover.search.levels import Trial
+    from mrctl.discover.search.levels import Level, Trial
     from mrctl.identify.joint_fit import JointFit
 
 SIGNIFICANCE = 0.01  # over all candidates together
@@ -39,6 +39,7 @@ ELSEWHERE = 0.3  # ... each takes this much, relative to all, where those found 
 MOSTLY_ELSEWHERE = 0.7  # ... and this much will do in place of a share of all, ...
 MOSTLY_SILENT = 0.75  # ... or of what is left over the noise, where they are silent so much of the time
 
+STANDS_IN = 0.95  # of what an effect took alone, that another did
 PUSHED_SHARE = 0.1  # of what all take off, that one at the end of physics or of no sure size must take
 UNLIKE = 0.05  # chance that sizes which are none together lie so, ...
 ALIKE = 1e-6  # ... where their correlation tells them apart better than this
@@ -85,7 +86,7 @@ def removable_n2(evidence: Evidence, base: Proof, here: Proof) -> float:
     return base.mean_square - here.mean_square + evidence.budget(here.fit).excess
 
 
-def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
+def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial, *, stands_in: bool = False) -> bool:
     """Whether a later effect is more than a patch on the form of an earlier one.
 
     It takes a fair share of all that was taken; or a small one that is most of what is left over the noise;
@@ -95,6 +96,7 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     takes there is judged by itself. And where nothing but noise may be left, it must not have another size
     at other conditions; nor may a small one be the largest that physics allows, or of no size told from none.
     What is next to nothing of all, and little of what is left, is no effect.
+    stands_in: as `stands_in` says, and a fair share of all must do.
     """
     taken = here.mean_square - best.proof.mean_square
     every = base.mean_square - best.proof.mean_square
@@ -108,8 +110,8 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
     changes = changes_of(best.fit, [best.effect])
     if not certain and any(change.certain for change in changes):
         return False
-    if taken > LATER_SHARE * every:
-        return True
+    if taken > LATER_SHARE * every or stands_in:
+        return taken > LATER_SHARE * every
     left = before.total - after.noise
     # Not what it takes right after steps of the current, where a budget does not look.
     aside = min(taken, before.total - after.total)
@@ -131,6 +133,17 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial) -> bool:
         certain and cleared and not most and taken > LATER_CLEARING * every,
     )
     return any(reasons)
+
+
+def stands_in(later: Trial, first: Level, found: Sequence[Trial]) -> bool:
+    """Whether alone, in the first round, a later effect took nearly all that one which was found did.
+
+    So it is much the same, as a spring in series with the fluid is like one in the mount, and what little it
+    takes beside the other may be that one's form: a rubber's that creeps, say.
+    """
+    taken = {t.effect.name: first.before.mean_square - t.proof.mean_square for t in first.trials}
+    most = max((taken.get(one.effect.name, 0.0) for one in found), default=0.0)
+    return most > 0.0 and taken.get(later.effect.name, 0.0) > STANDS_IN * most
 
 
 def _foretold(before: Proof, after: Proof, noise_n2: float) -> bool:

@@ -38,6 +38,7 @@ def _asked(
     std=1e-8,
     held_out=(),
     doubt=1.25,
+    alike=False,
 ):
     """Whether an effect matters that takes a first one's rest from one mean square to another; base: 1e4."""
     monkeypatch.setattr(worth, "changes_of", lambda _fit, _chosen: changes)
@@ -52,11 +53,40 @@ def _asked(
     best.fit = best.proof.fit
     best.fit.effect_values = {"mount_compliance": values}
     best.fit.effect_std = lambda: {"mount_compliance": (std, 0.0, 0.0, 0.0)}
-    return matters(SimpleNamespace(budget=budget), _proof(1e4), here, best)
+    return matters(SimpleNamespace(budget=budget), _proof(1e4), here, best, stands_in=alike)
 
 
 def test_a_percent_of_all_counts_where_it_has_one_size_everywhere(monkeypatch):
     assert _asked(monkeypatch, _changes(0.02), 200.0, 90.0)
+
+
+def test_but_not_of_one_that_alone_took_nearly_all_that_another_did(monkeypatch):
+    """Steady, and a percent of all: of a rival that may be the other's form. A twentieth of all is no form."""
+    assert not _asked(monkeypatch, _changes(0.02), 200.0, 90.0, alike=True)
+    assert _asked(monkeypatch, _changes(0.02), 600.0, 26.0, alike=True)
+
+
+@pytest.mark.parametrize(
+    ("alone_n2", "found", "does"),
+    [
+        (500.0, ["mount_compliance"], True),  # 9500 N² of 9900
+        (900.0, ["mount_compliance"], False),
+        (500.0, ["viscous_damping", "mount_compliance"], True),
+        (
+            5000.0,
+            ["viscous_damping", "mount_compliance"],
+            False,
+        ),  # more than the smaller took: not the larger
+        (500.0, ["gas_spring"], False),  # found later: it was not tried in the first round
+    ],
+)
+def test_an_effect_stands_in_for_one_that_took_hardly_more_alone(alone_n2, found, does):
+    def trial(name: str, left_n2: float = 0.0) -> SimpleNamespace:
+        return SimpleNamespace(effect=effect(name), proof=_proof(left_n2))
+
+    tried = [("mount_compliance", 100.0), ("viscous_damping", 6000.0), ("preyield_stiffness", alone_n2)]
+    first = SimpleNamespace(before=_proof(1e4), trials=[trial(*one) for one in tried])
+    assert worth.stands_in(trial("preyield_stiffness"), first, [trial(name) for name in found]) is does
 
 
 @pytest.mark.parametrize("changes", [_changes(0.12), _changes(0.02, error=0.06), _changes(0.02)[:3], []])
