@@ -38,7 +38,7 @@ def _asked(
     std=1e-8,
     held_out=(),
     doubt=1.25,
-    alike=False,
+    **alike,
 ):
     """Whether an effect matters that takes a first one's rest from one mean square to another; base: 1e4."""
     monkeypatch.setattr(worth, "changes_of", lambda _fit, _chosen: changes)
@@ -53,7 +53,7 @@ def _asked(
     best.fit = best.proof.fit
     best.fit.effect_values = {"mount_compliance": values}
     best.fit.effect_std = lambda: {"mount_compliance": (std, 0.0, 0.0, 0.0)}
-    return matters(SimpleNamespace(budget=budget), _proof(1e4), here, best, stands_in=alike)
+    return matters(SimpleNamespace(budget=budget), _proof(1e4), here, best, **alike)
 
 
 def test_a_percent_of_all_counts_where_it_has_one_size_everywhere(monkeypatch):
@@ -61,9 +61,9 @@ def test_a_percent_of_all_counts_where_it_has_one_size_everywhere(monkeypatch):
 
 
 def test_but_not_of_one_that_alone_took_nearly_all_that_another_did(monkeypatch):
-    """Steady, and a percent of all: of a rival that may be the other's form. A twentieth of all is no form."""
-    assert not _asked(monkeypatch, _changes(0.02), 200.0, 90.0, alike=True)
-    assert _asked(monkeypatch, _changes(0.02), 600.0, 26.0, alike=True)
+    """Steady, and a percent of all: a rival's that may be the other's form; a twentieth of all is more."""
+    assert not _asked(monkeypatch, _changes(0.02), 200.0, 90.0, stands_in=True)
+    assert _asked(monkeypatch, _changes(0.02), 600.0, 26.0, stands_in=True)
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_but_not_of_one_that_alone_took_nearly_all_that_another_did(monkeypatch)
             5000.0,
             ["viscous_damping", "mount_compliance"],
             False,
-        ),  # more than the smaller took: not the larger
+        ),  # less than the larger of them took
         (500.0, ["gas_spring"], False),  # found later: it was not tried in the first round
     ],
 )
