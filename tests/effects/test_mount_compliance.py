@@ -22,9 +22,9 @@ NO_LAG = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 @pytest.mark.parametrize("dt_s", [0.0005, 0.002, 0.005])
 @pytest.mark.parametrize("stiffness_n_m", [5e5, 1.6e6, 5e6])
-@pytest.mark.parametrize("hardening", [0.0, 0.5])
+@pytest.mark.parametrize(("hardening", "arm"), [(0.0, 0.0), (0.5, 0.0), (0.5, 0.8)])
 def test_mount_compliance_solves_its_differential_equation_at_every_rate_and_stiffness(
-    dt_s, stiffness_n_m, hardening
+    dt_s, stiffness_n_m, hardening, arm
 ):
     t, v = signals(dt_s)
     current, warm, damping = np.full(t.size, 1.5), np.full(t.size, 45.0), 1000.0
@@ -32,22 +32,25 @@ def test_mount_compliance_solves_its_differential_equation_at_every_rate_and_sti
     level = force_level(1.5, 45.0, TABLES)
     # By that share where the damper's force would bend a plain spring to.
     per_m2 = hardening * (stiffness_n_m / level) ** 2
-    p = (1.0 / stiffness_n_m, damping, per_m2, 1.0)
+    creep_s = 0.03
+    p = (1.0 / stiffness_n_m, damping, per_m2, 1.0, arm, creep_s)
     v1, x1 = stages.piston_motion([(mount, p)], v, np.zeros(t.size), current, warm, TABLES, NO_LAG, dt_s)
 
-    # f h g(v1) + c v1 = k y (1 + hardening y^2) + c v: its left side increases with v1, knot by knot.
+    # f h g(v1) + c v1 = k y (1 + hardening y^2) + c v + z: its left side increases with v1, knot by knot.
     knots = np.array(TABLES.velocity_m_s)
     left = level * np.array(TABLES.shape) + damping * knots
 
-    def deflection_rate(u, y):
-        return velocity(u) - np.interp(spring(y) + damping * velocity(u), left, knots)
+    def rates(u, state):
+        y, z = state
+        bends = velocity(u) - np.interp(spring(y) + z + damping * velocity(u), left, knots)
+        return bends, arm * stiffness_n_m * bends - z / creep_s
 
     def spring(y):
         return stiffness_n_m * y * (1.0 + per_m2 * y * y)
 
     first_n = backbone_force(float(v[0]), 1.5, 45.0, TABLES)
     y0 = brentq(lambda y: spring(y) - first_n, -1.0, 1.0)
-    exact = solve_ivp(deflection_rate, (0.0, T), [y0], t_eval=t, method="LSODA", rtol=1e-6, atol=1e-9).y[0]
+    exact = solve_ivp(rates, (0.0, T), [y0, 0.0], t_eval=t, method="LSODA", rtol=1e-6, atol=1e-9).y[0]
     assert relative(-x1, exact) < (5e-3 if dt_s < 0.001 else 4e-2)
     assert np.all(np.abs(v1) <= np.max(np.abs(v)) + 2.0 * level / stiffness_n_m / dt_s)
 
@@ -86,7 +89,7 @@ def test_the_mount_carries_all_that_the_piston_feels(dt_s, stiffness_n_m):
         (effects()["gas_spring"], (0.0, gas_n_m, 0.0, 0.0)),
         (effects()["coulomb_friction"], (friction_n, presliding_m, 0.0, 5e-3, 0.0, 0.0)),
     ]
-    mount = effects()["mount_compliance"], (1.0 / stiffness_n_m, 500.0, 0.0, 1.0)
+    mount = effects()["mount_compliance"], (1.0 / stiffness_n_m, 500.0, 0.0, 1.0, 0.0, 0.02)
     bypass = replace(effects()["stroke_dependent_damping"], step=_softer, parameters=(_SOFTER,), start=None)
     current, warm = np.full(t.size, 0.5), np.full(t.size, 45.0)
     _, x1 = stages.piston_motion(

@@ -188,6 +188,8 @@ COMPARED = {
         "damping_n_s_m": f"{FORM}: H stands before the mount",
         "hardening_per_m2": 0.0,
         "lag_inside": f"{FORM}: H stands before the mount",
+        "arm": 0.0,
+        "creep_s": "nothing creeps",
     },
     "sensor_delay": lambda p, _: {"delay_s": p["delay"]},
 }

@@ -15,6 +15,7 @@ KNEE_SHARE = 0.15  # of the top speed, at which a damper behind a dashpot yields
 SLOW_S = 1.0  # in which that follows its spring
 SOLVED = 20  # Newton steps at most, for how far a force bends a spring that hardens, ...
 CLOSE = 1e-12  # ... to this share
+ARM_S = 0.02  # in which a rubber's arm creeps, to begin with
 
 
 def softness(p: Sequence[float], bent_m: float) -> float:
@@ -25,6 +26,17 @@ def softness(p: Sequence[float], bent_m: float) -> float:
 def inside(p: Sequence[float], lag: Coefficients) -> Coefficients:
     """The lag of the force that the mount carries: the part of H's that is no load cell's."""
     return first_order(p[3] * (1.0 / lag[0] - 1.0))
+
+
+def creeping(p: Sequence[float], dt_s: float) -> tuple[float, float]:
+    """The share of its force that the arm keeps over a sample, and what a metre of bending adds, in N/m.
+
+    Exact where the mount's end runs straight over the sample.
+    """
+    if p[4] <= 0.0:
+        return 0.0, 0.0
+    kept = math.exp(-dt_s / p[5])
+    return kept, p[4] / p[0] * p[5] * (1.0 - kept) / dt_s
 
 
 def step(
@@ -43,10 +55,10 @@ def step(
 ) -> tuple[float, float]:
     """The piston's velocity in m/s and displacement in m.
 
-    The balance k y (1 + hardening y^2) + c dy/dt = lag[f g(v1) h factor] + beside(v1), v1 = v - dy/dt, is as
-    stiff as the low-speed slope of g over k is short, so it is solved implicitly (BDF2: second order, stable
-    at any step), the spring on its tangent where y is expected. g being a table, the solution is exact: the
-    segment that holds it, then a straight line.
+    The balance k y (1 + hardening y^2) + c dy/dt + z = lag[f g(v1) h factor] + beside(v1), v1 = v - dy/dt, is
+    as stiff as the low-speed slope of g over k is short, so it is solved implicitly (BDF2: second order,
+    stable at any step), the spring on its tangent where y is expected. g being a table, the solution is
+    exact: the segment that holds it, then a straight line.
     """
     if p[0] <= 0.0:
         return velocity_m_s, displacement_m
@@ -56,10 +68,12 @@ def step(
     soft = softness(p, expected)
     level = soft * lag[0] * static  # what the lag hands on at once; the rest is s[0]
     free = (4.0 * s[3] - s[4]) / 3.0  # y = free + 2/3 dt dy/dt
-    inertia = soft * p[1] + 2.0 / 3.0 * dt_s
+    kept, stiff = creeping(p, dt_s)
+    arm = kept * s[5] - stiff * s[3]  # z = arm + stiff y
+    inertia = soft * p[1] + 2.0 / 3.0 * dt_s * (1.0 + soft * stiff)
     # What is left to solve: rest - inertia v1 = level g(v1).
     tangent = 2.0 / 3.0 * (1.0 - soft / p[0]) * expected  # where it meets no force
-    rest = inertia * velocity_m_s + free - tangent - soft * (s[0] + beside_n)
+    rest = inertia * velocity_m_s + free - tangent + soft * (arm + stiff * free - s[0] - beside_n)
     inertia += soft * beside_n_s_m
     low, high = 0, len(tables.shape)
     while low < high:
@@ -79,6 +93,7 @@ def step(
     mount = free + 2.0 / 3.0 * dt_s * (velocity_m_s - piston)
     s[4] = s[3]
     s[3] = mount
+    s[5] = arm + stiff * mount
     iir_step(lag, s, static * interpolate(piston, tables.velocity_m_s, tables.shape))
     return piston, displacement_m - mount
 
@@ -96,10 +111,10 @@ def start(
     lag: Coefficients,
     dt_s: float,  # noqa: ARG001 - the stage's
 ) -> list[float]:
-    """The mount is bent as far as the first sample's static force gets it, and no longer moves."""
+    """The mount is bent as far as the first sample's static force gets it, and no longer moves nor creeps."""
     force = factor * backbone_force(velocity_m_s, current_a, temperature_c, tables)
     bent = _bent(p, _reach(p) * p[0] * force)
-    return [*settled_state(inside(p, lag), force), bent, bent]
+    return [*settled_state(inside(p, lag), force), bent, bent, 0.0]
 
 
 def _bent(p: Sequence[float], plain_m: float) -> float:
@@ -134,10 +149,14 @@ def give_way(
     free = (4.0 * s[3] - s[4]) / 3.0
     soft = softness(p, bent_m)
     level = soft * lag[0]
-    inertia = soft * p[1] + 2.0 / 3.0 * dt_s + level * (damping_n_s_m + 2.0 / 3.0 * dt_s * stiffness_n_m)
-    piston = (free - soft * (force_n + s[0]) + level * stiffness_n_m * free) / inertia
+    kept, stiff = creeping(p, dt_s)
+    arm = kept * s[5] - stiff * s[3]
+    springs = 1.0 + soft * stiff + level * stiffness_n_m
+    inertia = soft * p[1] + level * damping_n_s_m + 2.0 / 3.0 * dt_s * springs
+    piston = (springs * free + soft * (arm - force_n - s[0])) / inertia
     s[4] = s[3]
     s[3] = free - 2.0 / 3.0 * dt_s * piston
+    s[5] = arm + stiff * s[3]
     iir_step(lag, s, damping_n_s_m * piston - stiffness_n_m * s[3])
     return piston, -s[3]
 
@@ -145,7 +164,7 @@ def give_way(
 def give_way_start(p: Sequence[float], force_n: float, bent_m: float) -> list[float]:
     """The mount is bent by as much more as that gets it, and no longer moves."""
     bent = _reach(p) * softness(p, bent_m) * force_n
-    return [0.0, 0.0, 0.0, bent, bent]
+    return [0.0, 0.0, 0.0, bent, bent, 0.0]
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
@@ -155,7 +174,7 @@ def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
 def _guesses(ranges: Ranges) -> list[Vector]:
     # Soft or stiff, much or little damped: a fit hardly finds its way from one to the other.
     return [
-        *((soft, damping, 0.0, 1.0) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)),
+        *((soft, damping, 0.0, 1.0, 0.0, ARM_S) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)),
         *_dashpot(ranges),
     ]
 
@@ -163,7 +182,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
 def _dashpot(ranges: Ranges) -> list[Vector]:
     """Hardly a spring: the force rises with the speed until the damper yields, whatever the current."""
     damping = ranges.force_n / max(KNEE_SHARE * ranges.velocity_m_s, 1e-3)
-    return [(SLOW_S / damping, damping, 0.0, 1.0)]
+    return [(SLOW_S / damping, damping, 0.0, 1.0, 0.0, ARM_S)]
 
 
 EFFECT = Effect(
@@ -171,11 +190,12 @@ EFFECT = Effect(
     stage=Stage.MOTION,
     summary="Rubber mounts and bearings in series with the damper take part of the stroke.",
     equation=(
-        "y (1 + hardening y^2) / compliance + damping dy/dt = lag[f g(v1) h factors] + forces beside, "
-        "v1 = v - dy/dt, x1 = x - y"
+        "y (1 + hardening y^2) / compliance + damping dy/dt + z = lag[f g(v1) h factors] + forces beside, "
+        "v1 = v - dy/dt, x1 = x - y, dz/dt = (arm / compliance) dy/dt - z / creep"
     ),
     source=(
-        "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. With "
+        "Kelvin-Voigt mount in series with the damper; Dixon, The Shock Absorber Handbook, 2nd ed. Rubber "
+        "that relaxes has a Maxwell arm beside it, as Zener's solid. With "
         "hardly a spring it is the dashpot in series of Spencer et al., J. Eng. Mech. 123 (1997): a damper "
         "behind it yields at a speed in proportion to its force. "
         "The mount carries the fluid's force behind a lag as long as H's, or the part of it that is no load "
@@ -210,12 +230,24 @@ EFFECT = Effect(
             0.3,
             optional=True,
         ),
+        Parameter(
+            "arm",
+            "1",
+            0.0,
+            0.0,
+            10.0,
+            0.0,
+            "stiffness of a spring that creeps beside the mount's, over that",
+            0.3,
+            optional=True,
+        ),
+        Parameter("creep_s", "s", ARM_S, 1e-3, 1.0, ARM_S, "time in which that creeps", optional=True),
     ),
     step=step,
     inverse=Undo.OBSERVE,
     inverse_note="The piston's motion is followed with the currents commanded; g is taken at its velocity.",
     start=start,
-    states=("lag, N", "0", "0", "mount's deflection, m", "the one before, m"),
+    states=("lag, N", "0", "0", "mount's deflection, m", "the one before, m", "the arm's force, N"),
     guesses=_guesses,
     far=_dashpot,
     derived=_derived,
