@@ -167,3 +167,10 @@ def test_a_load_cells_zero_does_not_bend_the_mount():
 
 def stroke(t):
     return -0.25 / 9.0 * np.cos(9.0 * t) - 0.1 / 31.0 * np.cos(31.0 * t + 0.5)
+
+
+def test_a_mount_that_does_not_give_way_has_no_arm_either():
+    """A fit may take the compliance to 0 while the arm is there."""
+    rigid = effects()["mount_compliance"].gives_way.step
+    state = [0.0] * 6
+    assert rigid((0.0, 1e3, 0.0, 1.0, 0.5, 0.02), state, 100.0, 1e3, 1e4, 0.0, NO_LAG, 1e-3) == (0.0, 0.0)

@@ -33,7 +33,7 @@ def creeping(p: Sequence[float], dt_s: float) -> tuple[float, float]:
 
     Exact where the mount's end runs straight over the sample.
     """
-    if p[4] <= 0.0:
+    if p[4] <= 0.0 or p[0] <= 0.0:
         return 0.0, 0.0
     kept = math.exp(-dt_s / p[5])
     return kept, p[4] / p[0] * p[5] * (1.0 - kept) / dt_s
