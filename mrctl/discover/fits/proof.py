@@ -60,7 +60,10 @@ class Proof:
 
 
 def prove(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Proof:
-    """Judge a fit; `folds` as `folds_of` made them for its records."""
+    """Judge a fit; `folds` as `folds_of` made them for its records.
+
+    One whose slopes are beyond all numbers, as where a spring was taken to no length, foretells nothing.
+    """
     model, size = fit.model, fit.model.size
     count = 1 + max(max(f) for f in folds)
     matrices, rights = np.zeros((count, size, size)), np.zeros((count, size))
@@ -78,9 +81,12 @@ def prove(fit: JointFit, folds: Sequence[tuple[int, ...]]) -> Proof:
     held_out, fold_counts = np.zeros(count), np.zeros(count)
     whole = matrices.sum(axis=0) + total_weight(fit.penalties)
     lower, upper = model.bounds()
+    known = bool(np.all(np.isfinite(whole)) and np.all(np.isfinite(rights)))
+    misses = [] if known else _aligned([model.weighed(r, r.force_n) for r in model.records], where)
     for fold in range(count):
-        step = _step(whole - matrices[fold], np.diag(whole), rights[fold], fit)
-        misses = _moved(fit, step, (lower, upper), where, fold)
+        if known:
+            step = _step(whole - matrices[fold], np.diag(whole), rights[fold], fit)
+            misses = _moved(fit, step, (lower, upper), where, fold)
         held_out[fold] = sum(float(np.sum(r[own == fold] ** 2)) for r, own in zip(misses, where, strict=True))
         fold_counts[fold] = sum(int(np.count_nonzero(own == fold)) for own in where)
     model.forget()  # a search keeps many proofs

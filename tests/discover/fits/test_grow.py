@@ -16,7 +16,9 @@ from mrctl.discover.fits.refit import fitted
 from mrctl.discover.fits.settle import WARMER, settled, warmer, without
 from mrctl.discover.search.exchange import exchanged
 from mrctl.discover.search.renewed import renewed
+from mrctl.identify.base import Rows
 from mrctl.identify.effects_fit import Effects
+from mrctl.identify.joint import JointModel
 from mrctl.model.effects.registry import effect
 
 SPRING = (0.0, 4000.0, 0.0, 0.0)
@@ -39,6 +41,21 @@ def test_tables_are_smoothed_anew_once_the_error_has_gone(sprung):
     assert again.mean_square <= first.mean_square
     assert np.mean(again.fit.model.noise_n**2) < 0.5 * np.mean(first.fit.model.noise_n**2)
     assert settled(again, evidence.folds) is again
+
+
+def test_a_fit_whose_slopes_are_beyond_all_numbers_foretells_nothing(sprung, monkeypatch):
+    evidence, base, first = sprung
+    finite = JointModel.jacobians
+
+    def endless(model, theta):
+        for rest, rows in finite(model, theta):
+            yield rest, Rows(np.full_like(rows.values, np.nan), rows.index)
+
+    monkeypatch.setattr(JointModel, "jacobians", endless)
+    lost = prove(first.fit, evidence.folds)
+    assert lost.mean_square == first.mean_square
+    assert np.all(np.isfinite(lost.held_out))
+    assert not lost.predicts_better_than(base)
 
 
 def test_less_an_effect_the_force_is_that_of_its_neutral_parameters(sprung):
