@@ -110,8 +110,9 @@ def matters(evidence: Evidence, base: Proof, here: Proof, best: Trial, *, stands
     changes = changes_of(best.fit, [best.effect])
     if not certain and any(change.certain for change in changes):
         return False
-    if taken > LATER_SHARE * every or stands_in:
-        return taken > LATER_SHARE * every
+    fair = taken > LATER_SHARE * every
+    if fair or stands_in:
+        return fair
     left = before.total - after.noise
     # Not what it takes right after steps of the current, where a budget does not look.
     aside = min(taken, before.total - after.total)
