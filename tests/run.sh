@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Installs all that the tests need and runs every check; what CI runs is this script and nothing else.
+# `tests/run.sh --all` runs the long searches too (`pytest -m long`), which take as long again.
 # For a single test: `pytest tests/model -k saturates` in the same environment.
 #
 # Python packages go into $VIRTUAL_ENV if one is active, else into .venv-test. Debian packages are installed when
@@ -7,6 +8,12 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="$PATH:/usr/sbin:/sbin"
+
+case "${1:-}" in
+  "") only=(-m "not long") ;;
+  --all) only=() ;;
+  *) echo "error: unknown argument '$1'; without one, or --all" >&2; exit 2 ;;
+esac
 
 say() { printf '\n== %s\n' "$*"; }
 
@@ -68,7 +75,8 @@ bed=$!
 trap 'kill "$bed" 2>/dev/null || true; rm -rf "$logs"' EXIT
 # Each process has a processor to itself: threads within them would only share it. Each begins with a part of its own,
 # so that what a folder sets up is mostly set up once, and takes from the others what they have not come to.
-bulk=(nice -n 19 python -m pytest -n auto --maxprocesses=8 --dist worksteal --durations=60 --ignore=tests/testbed tests)
+bulk=(nice -n 19 python -m pytest -n auto --maxprocesses=8 --dist worksteal --durations=60 \
+  "${only[@]}" --ignore=tests/testbed tests)
 say "${bulk[*]}"
 MRCTL_WORKERS=1 "${bulk[@]}" --color=no 2>&1 | tee "$logs/bulk" || failed+=("${bulk[*]:3}")
 say "pytest tests/testbed"
@@ -77,6 +85,7 @@ cat "$logs/testbed"
 
 say "summary"
 tail -qn 1 "$logs/bulk" "$logs/testbed"
+[ "${#only[@]}" -eq 0 ] || echo "not run: the long searches (tests/run.sh --all, or pytest -m long)"
 for what in "${failed[@]}"; do echo "FAILED: $what"; done
 count() { cat "$logs/bulk" "$logs/testbed" | grep -E '^(=|[0-9]+ ).* in [0-9.]+s' | grep -oE "[0-9]+ ($1)" | awk '{n += $1} END {print n + 0}'; }
 echo "$(count passed) passed, $(count 'failed|error|errors') failed"

@@ -23,7 +23,7 @@ def test_four_dampers_on_a_bus_run_and_come_to_rest():
     assert bus.frames_to_controller == 2 * round(bus.seconds * 500) + -(-round(bus.seconds * 500) // 50)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_hidden_effect_is_found_from_csv_and_commanded(tmp_path, monkeypatch):
     among(monkeypatch, hidden.HIDDEN, "coulomb_friction", "fluid_inertia", "stroke_dependent_damping")
     shares = []
@@ -49,7 +49,6 @@ def test_a_force_that_the_model_knows_is_made_as_asked():
     assert hidden.missed_by(damper, damper) < 10.0  # 1 % of the wish
 
 
-@pytest.mark.slow
 def test_the_inverse_tracks_best_and_the_page_says_what_came_out(monkeypatch, tmp_path):
     """A shorter drive than the demo's, all its cases."""
     monkeypatch.setattr(scenario, "DURATION_S", 6.0)

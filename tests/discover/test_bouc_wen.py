@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from discover.hidden import among
 
 from mrctl.discover.diagnose import diagnose
@@ -51,6 +52,7 @@ def _campaign() -> Campaign:
     return Campaign(Path("bouc_wen"), tuple(runs), "0" * 64)
 
 
+@pytest.mark.long
 def test_each_of_its_terms_is_named_and_nothing_else(monkeypatch):
     """The smaller terms take a percent of what the elastic part takes: that they have one size tells them."""
     terms = "preyield_stiffness", "viscous_damping", "gas_spring"

@@ -33,6 +33,7 @@ def test_nothing_is_found_where_nothing_is_hidden():
     assert (result.verdict, result.effects) == ("none", ())
 
 
+@pytest.mark.long
 def test_an_effect_that_does_worse_than_none_once_the_zeros_are_its_own_is_not_kept(monkeypatch):
     def worse(evidence, proof):
         louder = replace(proof, inside=proof.inside * 1e4) if proof.fit.model.effects.size else proof

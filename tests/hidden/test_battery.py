@@ -17,10 +17,9 @@ import score
 
 # Chosen before any of them was diagnosed: of an effect the damper of the fewest samples, and one of none.
 SEED = 11
-CASES = [("A", 3), ("B", 0)]
+CASES = [pytest.param("A", 3, marks=pytest.mark.long), ("B", 0)]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("family", "number"), CASES)
 def test_a_hidden_effect_is_named_and_nothing_is_named_where_there_is_none(tmp_path, family, number):
     name, hidden = generate.make_case(SEED, family, number, tmp_path)
@@ -28,7 +27,7 @@ def test_a_hidden_effect_is_named_and_nothing_is_named_where_there_is_none(tmp_p
     assert score.judge(hidden, answer) == "exact", (hidden["effects"], answer)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_run_that_an_ambiguous_answer_proposes_resolves_it(tmp_path, monkeypatch):
     """A mass at one frequency: the base goes so far to make up for it that beside that base a spring seems to
     have its course even with a run at another frequency."""

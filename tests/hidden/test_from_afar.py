@@ -19,7 +19,7 @@ from mrctl.measurements import load_campaign
 from mrctl.model.effects.registry import effect
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_loop_of_the_field_for_which_the_base_bent_f_and_h_is_seen_more_clearly(tmp_path):
     name, hidden = generate.make_case(4242, "A", 41, tmp_path)
     evidence = Evidence.of(load_campaign(tmp_path / name))

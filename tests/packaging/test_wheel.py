@@ -33,7 +33,6 @@ def run(installed, *words):
     )
 
 
-@pytest.mark.slow
 def test_the_demo_runs_from_the_wheel(installed):
     result = run(installed, "mrctl", "demo", "--json", "demo.json", "--quiet")
     assert result.returncode == 0, result.stderr

@@ -46,7 +46,6 @@ def compiled(tmp_path_factory):
     return place
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(bool(MISSING), reason=f"missing: {', '.join(MISSING)}")
 def test_under_every_law_map_and_effect_the_compiled_tick_sends_the_same_bytes(compiled):
     program = ROOT / "tests" / "replay" / "every_kind.py"
@@ -58,7 +57,6 @@ def test_under_every_law_map_and_effect_the_compiled_tick_sends_the_same_bytes(c
     assert compiled_bytes == interpreted_bytes
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(bool(MISSING), reason=f"missing: {', '.join(MISSING)}")
 def test_the_compiled_build_passes_the_tests_of_the_tick_and_of_replays(compiled):
     """Those of the receiver, of the golden runs, of faults and of log formats, in a process of their own."""

@@ -5,7 +5,7 @@
 The controller of config/vehicle.yaml, its four dampers driven by good frames. A fault begins at FAULT_AT and
 lasts; its dampers must reach their state within the signal's time-out plus one tick, all others stay ACTIVE,
 every command keeps range and slew, the cause is named, and once the fault is over all are ACTIVE again.
-Faults of the operating system (link, process, clock, disk) are in tests/testbed/test_faults.py.
+Faults of the operating system (link, process, clock, disk) are in tests/testbed/test_system_faults.py.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Faults of frames and values on a real bus: what the daemon makes of each, in time, named, unaided back.
 
 What is sent, and what must come of it: frame_faults.py. Faults of link, process, clock, files and disk:
-test_faults.py. The same and more on a clock of its own, to the tick: tests/runtime/test_faults.py.
+test_system_faults.py. The same and more on a clock of its own, to the tick: tests/runtime/test_faults.py.
 """
 
 from __future__ import annotations

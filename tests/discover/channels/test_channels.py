@@ -106,6 +106,7 @@ def test_runs_with_zeros_of_their_own_miss_nothing_and_it_is_said():
     assert diagnosis_figures(diagnosis)["channels"]["zeros_n"]["0.csv"] == pytest.approx(9.0, abs=2.0)
 
 
+@pytest.mark.long
 def test_a_true_offset_beside_them_is_not_taken_for_zeros(monkeypatch):
     among(monkeypatch, "force_offset", "gas_spring", "coulomb_friction", "rebound_asymmetry")
     diagnosis = diagnose(steady_runs(with_effect(shipped(), "force_offset", offset_n=120.0)))
@@ -171,6 +172,7 @@ def test_runs_with_scales_of_their_own_miss_nothing_and_it_is_said():
     assert diagnosis_figures(diagnosis)["channels"]["gains"]
 
 
+@pytest.mark.long
 def test_fewer_runs_may_differ_in_scale_where_no_effect_explains_it():
     assert run_gains(seen(GAINS[:5], 1e-4), driven(5), 3) == pytest.approx(
         GAINS[:5] - GAINS[:5].mean(), abs=5e-4

@@ -59,6 +59,7 @@ def test_a_past_between_is_told_where_the_current_came_down_by_less_than_the_loo
     assert better.mean_square < 1.2 * NOISE_N**2 < 0.9 * proof.mean_square
 
 
+@pytest.mark.long
 def test_a_search_goes_on_from_runs_with_their_pasts():
     """Else a second effect makes up for a run that begins wrong."""
     evidence = Evidence.of(_after_a_fall(few(rich({"magnetic_hysteresis": LOOP}))))

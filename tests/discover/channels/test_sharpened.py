@@ -52,6 +52,7 @@ def _steady(damper: Damper, seed: int, current_a: float) -> Run:
     return every(replace(fine, name=f"{current_a:g}A.csv", current_a=current, force_n=force), FINE)
 
 
+@pytest.mark.long
 def test_a_smoothed_velocity_is_no_missing_physics():
     found = diagnose(_campaign(SMOOTHED_HZ))
     assert found.verdict == "none"
@@ -70,6 +71,7 @@ def test_a_velocity_as_sharp_as_its_motion_is_left_alone():
     assert evidence.sharpened(evidence.base().fit) is evidence
 
 
+@pytest.mark.long
 def test_what_is_missing_is_named_behind_a_smoothed_velocity_too(monkeypatch):
     among(monkeypatch, "quadratic_damping", "viscous_damping", "sensor_delay", "fluid_inertia")
     found = diagnose(_campaign(SMOOTHED_HZ, "quadratic_damping", coefficient_n_s2_m2=900.0))

@@ -63,6 +63,7 @@ def test_a_stop_tells_where_a_stroke_has_its_zero_and_how_it_drifts():
     assert not stroke_zeros(model, proof.fit.theta, [False] * count, [True] * count).any()
 
 
+@pytest.mark.long
 def test_with_it_little_but_noise_is_left():
     lost, bent = _drifting()
     placed, mended = centred(lost, bent)
@@ -76,6 +77,7 @@ def test_a_stroke_that_was_measured_keeps_its_zero():
     assert centred(evidence, proof) == (evidence, proof)
 
 
+@pytest.mark.long
 def test_unless_a_model_then_takes_most_of_what_it_left():
     lost = _evidence((), ZERO_M)
     bent = _with_stop(lost)

@@ -61,6 +61,7 @@ def test_a_search_names_a_warmth_and_how_warm_each_run_began():
     assert np.corrcoef(*(x.ravel() for x in differences))[0, 1] > 0.99
 
 
+@pytest.mark.long
 def test_such_runs_are_made_a_calibration_of_and_foretold():
     """Each held-out one from where its own course says that it began, and the effect is what it was."""
     campaign, _ = _campaign()

@@ -42,6 +42,7 @@ def published():
     return evidence, evidence.base()
 
 
+@pytest.mark.long
 def test_a_long_elastic_start_is_found_at_one_frequency(published):
     """There the base's filter and shape make up for much of it, and no step leads back from there."""
     evidence, base = published

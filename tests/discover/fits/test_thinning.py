@@ -35,6 +35,7 @@ def evidence():
     return Evidence.of(Campaign(Path("settled"), tuple(runs), "0" * 64))
 
 
+@pytest.mark.long
 def test_particles_that_are_mixed_again_are_no_warmth(evidence):
     """One would fit them better, with an h that grows."""
     assert not search_level(evidence.base(), [HEAT], evidence.folds).trials

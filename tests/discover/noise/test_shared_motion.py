@@ -48,7 +48,7 @@ def test_where_no_motion_was_run_twice_nothing_is_known():
     assert shared_n2(_left(5.0)[:2], VELOCITIES[:2]) == 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_force_of_the_way_gone_is_not_taken_for_noise(monkeypatch):
     """It does not repeat from cycle to cycle and no signal tells it, but in runs of one motion it is one."""
     among(monkeypatch, "end_stop", "coulomb_friction", "gas_spring", "stroke_dependent_damping")

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from discover.hidden import among
 from scipy.signal import butter, lfilter
 
@@ -77,6 +78,7 @@ def _inside(seed: int) -> Campaign:
     return Campaign(Path("inside"), tuple(runs), "0" * 64)
 
 
+@pytest.mark.long
 def test_a_friction_that_the_chambers_filter_is_named(monkeypatch):
     among(monkeypatch, "coulomb_friction", "preyield_stiffness", "mount_compliance", "off_state_backbone")
     found = diagnose(_inside(5))

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import grown
@@ -56,6 +57,7 @@ def _looks(warming: float):
     return tangent, [far_look(screen, promises(screen, *one)) for one in points]
 
 
+@pytest.mark.long
 def test_a_warmth_for_which_the_base_bent_its_h_is_seen():
     tangent, (look,) = _looks(1.0)
     assert winds(tangent.fit)

@@ -59,6 +59,7 @@ def _campaign() -> Campaign:
     return Campaign(Path("maxwell"), tuple(runs), "0" * 64)
 
 
+@pytest.mark.long
 def test_a_spring_before_what_yields_is_told_from_one_behind_the_rod():
     evidence = Evidence.of(_campaign())
     candidates = evidence.sized([effect("preyield_stiffness"), effect("mount_compliance")])

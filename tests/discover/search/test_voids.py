@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from discover.hidden import NOISE_N, few, rich
 
 from mrctl.discover.evidence import Evidence
@@ -20,6 +21,7 @@ CAVITY = {
 }
 
 
+@pytest.mark.long
 def test_the_first_fit_leaves_its_noise_and_knows_how_large_it_gets():
     """From a cavity without end the fit ends in one that fills by itself, and leaves a third more."""
     evidence = Evidence.of(few(rich({"cavitation": CAVITY})))

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import pytest
 from hidden import among, few, one_frequency, rich
 
 from mrctl.discover.diagnose import diagnose
@@ -55,6 +56,7 @@ def test_a_form_that_is_one_of_many_is_not_asked_for_one_size_there():
     assert not {"current", "temperature"} & {c.signal for c in changes}
 
 
+@pytest.mark.long
 def test_what_would_have_to_change_is_not_named_and_the_verdict_says_so(monkeypatch):
     among(monkeypatch, "gas_spring", "fluid_inertia", "coulomb_friction")
     result = diagnose(few(_stiffer_with_current(0.25)))
@@ -63,6 +65,7 @@ def test_what_would_have_to_change_is_not_named_and_the_verdict_says_so(monkeypa
     assert f"{change.words}: it is not what is missing." in verdict_words(result)
 
 
+@pytest.mark.long
 def test_what_has_rivals_stays_for_the_next_run_to_decide(monkeypatch):
     monkeypatch.setattr(
         module, "changes_of", lambda _, chosen: [Change(e.name, "current", 1.5, 0.01) for e in chosen]

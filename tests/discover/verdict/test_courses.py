@@ -107,6 +107,7 @@ def test_noise_has_no_course():
     assert not [c for c in courses_of(base) if c.certain and c.share > STRANGE]
 
 
+@pytest.mark.long
 def test_a_force_that_fades_with_the_path_is_not_called_heating(monkeypatch):
     among(monkeypatch, "self_heating", "coulomb_friction")
     found = diagnose(changed(few(rich()), STRANGERS["fades or grows with the path travelled"]))
@@ -228,6 +229,7 @@ def test_nothing_hangs_on_what_does_not_change():
     assert all(c.share == 0.0 for c in hanging)
 
 
+@pytest.mark.long
 def test_a_load_cell_that_is_struck_is_not_called_sound():
     def struck(k, run):
         rng = np.random.default_rng(k)

@@ -49,6 +49,7 @@ def test_the_published_filter_alone_is_no_delay():
     assert result.final.mean_square < 1.1 * NOISE_N**2
 
 
+@pytest.mark.long
 def test_beside_it_an_effect_is_named_alone_and_leaves_the_noise(monkeypatch):
     among(monkeypatch, "sensor_delay", "quadratic_damping", "viscous_damping", "mount_compliance")
     damper = with_effect(shipped(), "quadratic_damping", coefficient_n_s2_m2=400.0, lag_s=0.0)
@@ -59,6 +60,7 @@ def test_beside_it_an_effect_is_named_alone_and_leaves_the_noise(monkeypatch):
     assert extension.rmse_after_n < 1.05 * NOISE_N < extension.rmse_before_n
 
 
+@pytest.mark.long
 def test_a_late_force_is_still_a_delay(monkeypatch):
     among(monkeypatch, "sensor_delay", "fluid_inertia", "preyield_stiffness", "mount_compliance")
     result = diagnose(_campaign(with_effect(shipped(), "sensor_delay", delay_s=3e-3)))
@@ -123,6 +125,7 @@ def test_what_a_hold_adds_to_a_delay_is_in_its_interval(rate_hz):
     assert found - half_width_95(std_s) < delay_s
 
 
+@pytest.mark.long
 def test_half_a_slow_sample_late_is_no_delay():
     """As a velocity differenced backward is, for one."""
     late = with_effect(shipped(), "sensor_delay", delay_s=1.2e-3)
