@@ -183,11 +183,17 @@ def _told_together(effect: Effect, fit: JointFit, spread: Vector) -> bool:
 
 
 def is_pushed(effect: Effect, values: Sequence[float]) -> bool:
-    """Whether a fit has gone to the upper end of what is physical for an effect, by its parameters (SI)."""
-    return any(
-        p.unit != "1" and not p.held and not p.endless and p.neutral < p.high and at_high_end(p, value)
+    """Whether a fit has gone to the upper end of what is physical for an effect, by its parameters (SI).
+
+    Not in what is optional of its form, as the speed at which a friction's breakaway has gone: that says
+    nothing of how much there is.
+    """
+    asked = [
+        (p, value)
         for p, value in zip(effect.parameters, values, strict=True)
-    )
+        if p.unit != "1" and not (p.held or p.endless or p.optional) and p.neutral < p.high
+    ]
+    return any(at_high_end(p, value) for p, value in asked)
 
 
 def is_stretched(effect: Effect, values: Sequence[float]) -> bool:

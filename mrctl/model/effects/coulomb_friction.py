@@ -108,7 +108,8 @@ EFFECT = Effect(
     ),
     source=(
         "Dahl, AIAA Journal 14 (1976), with exponent 1; at low speed Stribeck's curve as in Canudas de Wit, "
-        "Olsson, Astrom, Lischinsky, IEEE Trans. Autom. Control 40 (1995). A piston's seal inside the "
+        "Olsson, Astrom, Lischinsky, IEEE Trans. Autom. Control 40 (1995), which has gone by 0.1 m/s at the "
+        "latest (Armstrong-Helouvry and others, Automatica 30 (1994)). A piston's seal inside the "
         "compliance of the chambers, or a slow load cell, makes it lag."
     ),
     parameters=(
@@ -130,7 +131,7 @@ EFFECT = Effect(
             "m/s",
             SLOW_M_S,
             5e-4,
-            0.05,
+            0.1,
             SLOW_M_S,
             "speed at which most of that has gone",
             optional=True,

@@ -153,12 +153,19 @@ def test_a_size_that_the_runs_leave_open_is_one_where_data_left_out_are_foretold
     assert not _asked(monkeypatch, _changes(0.2), 200.0, 60.0, std=3e-7, held_out=(240.0, 80.0))
 
 
+def _at_the_end(one, name):
+    return tuple(p.high if p.name == name else p.typical for p in one.parameters)
+
+
 def test_only_upper_ends_that_mean_something_are_ends():
     heats, stops = effect("self_heating"), effect("cavitation")
     assert not is_pushed(heats, (0.03, 2e4, 2.0, 4.0))  # no cooling that could be seen
     assert not is_pushed(heats, (0.03, 2.0, 2.0, 4.0))
     assert is_pushed(heats, (0.3, 200.0, 2.0, 4.0))
     assert not is_pushed(stops, tuple(p.neutral for p in stops.parameters))
+    rubs = effect("coulomb_friction")
+    assert not is_pushed(rubs, _at_the_end(rubs, "slow_m_s"))  # an option of its form
+    assert is_pushed(rubs, _at_the_end(rubs, "presliding_m"))
 
 
 def test_a_form_is_stretched_where_it_ends_of_what_could_go_both_ways():
