@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +12,7 @@ from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import Penalty
 from mrctl.identify.records import Record
+from mrctl.model.effects.base import Effect, Stage
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ def sampled(model: JointModel, theta: Array, *, whole: bool = False) -> JointMod
     """The model on the records that it fits worst and on others by lot, half and half; all if they are few.
 
     An effect that acts in few records leaves its error there. Records that are longer than all that is wanted
-    count as several; whole: not so, for what remembers as long, as warmth does. Weights stay as they are.
+    count as several; whole: not so, for what `remembers_long`. Weights stay as they are.
     """
     residuals = model.residuals(theta)
     if sum(r.size for r in residuals) <= 1.5 * ENOUGH:
@@ -52,6 +53,11 @@ def sampled(model: JointModel, theta: Array, *, whole: bool = False) -> JointMod
     of = [owners[k] for k in taken]
     few.weights, few.noise_n, few.settling_s = model.weights[of], model.noise_n[of], model.settling_s
     return few
+
+
+def remembers_long(effects: Iterable[Effect]) -> bool:
+    """Whether a model with these effects remembers as long as long records last, which then stay whole."""
+    return any(effect.stage is Stage.TEMPERATURE for effect in effects)
 
 
 def as_all_say(fit: JointFit, theta: Array, *, warmth: bool = True) -> Penalty:

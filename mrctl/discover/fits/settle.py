@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mrctl.discover.fits.grow import ITERATIONS, Folds
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.race import TOLERANCE, pursued
-from mrctl.discover.fits.sample import sampled
+from mrctl.discover.fits.sample import remembers_long, sampled
 from mrctl.discover.fits.screen import ranges_of
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
@@ -69,7 +69,7 @@ def settled(proof: Proof, folds: Folds) -> Proof:
 def _worth_going(fit: JointFit, starts: Sequence[Array]) -> list[Array]:
     """Where fits to a few records end that are begun elsewhere, if lower than from where the fit stands."""
     model = fit.model
-    few = sampled(model, fit.theta, whole=any(e.stage is Stage.TEMPERATURE for e in model.effects.chosen))
+    few = sampled(model, fit.theta, whole=remembers_long(model.effects.chosen))
     if few is model:
         return list(starts)
     fitted = partial(few.fit, penalties=fit.penalties, free=fit.moving, rounds=1, passing=True)

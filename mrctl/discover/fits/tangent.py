@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE
-from mrctl.discover.fits.sample import as_all_say, has_long, sampled
+from mrctl.discover.fits.sample import as_all_say, has_long, remembers_long, sampled
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.penalties import total_weight
-from mrctl.model.effects.base import Effect, Stage
+from mrctl.model.effects.base import Effect
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class Tangent:
     def _forgets(self, beside: Effect) -> bool:
         """Whether a long record may be cut: nothing in the model remembers as long."""
         chosen = self.fit.model.effects.chosen
-        return has_long(self.fit.model) and all(e.stage is not Stage.TEMPERATURE for e in (*chosen, beside))
+        return has_long(self.fit.model) and not remembers_long((*chosen, beside))
 
     @cached_property
     def _whole(self) -> JointModel:

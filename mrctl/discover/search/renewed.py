@@ -8,11 +8,11 @@ from functools import partial
 from mrctl.discover.fits.grow import ITERATIONS, Folds
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.race import raced
-from mrctl.discover.fits.sample import sampled
+from mrctl.discover.fits.sample import remembers_long, sampled
 from mrctl.discover.fits.screen import ranges_of
 from mrctl.discover.fits.settle import WORTH_MOVING, settled
 from mrctl.identify.joint_fit import JointFit
-from mrctl.model.effects.base import Effect, Stage
+from mrctl.model.effects.base import Effect
 
 
 def renewed(proof: Proof, chosen: Sequence[Effect], folds: Folds) -> Proof:
@@ -30,7 +30,7 @@ def renewed(proof: Proof, chosen: Sequence[Effect], folds: Folds) -> Proof:
 def _anew(fit: JointFit, effect: Effect) -> JointFit:
     """The better of a fit and the same one with an effect begun anew."""
     model = fit.model
-    few = sampled(model, fit.theta, whole=effect.stage is Stage.TEMPERATURE)
+    few = sampled(model, fit.theta, whole=remembers_long(model.effects.chosen))
     heat, fitted = (
         partial(on.fit, penalties=fit.penalties, free=fit.moving, rounds=1) for on in (few, model)
     )
