@@ -15,7 +15,7 @@ from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import grown_by
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.refit import Split, error_on, fitted, one_more, scatters, split, thinned
-from mrctl.discover.fits.settle import settled
+from mrctl.discover.fits.settle import WORTH_MOVING, settled
 from mrctl.discover.fits.unseen import Unseen
 from mrctl.discover.search.levels import search_level
 from mrctl.discover.search.quiet import is_quiet
@@ -124,7 +124,14 @@ def extend(
         if begin is not None and not told:
             models += [one.begun_at(begin) for one in models if one.has_the_effects_of(begin)]
             models = [min(models, key=lambda one: one.fitted_n)]
-        sound = (one for one in _best_first(models) if not falling or one.bears_out(here, told=told))
+        if falling:
+            models = [one for one in models if one.holds_beside(here, told=told)]
+        # Motions are left out last, which takes as many fits as there are parts of them.
+        sound = (
+            one
+            for one in _best_first(_unlike(models))
+            if not (falling and told) or one.foretells_better_than(here) is not False
+        )
         better = next(sound, None)
         if better is None:
             refused.append(effect)
@@ -190,11 +197,11 @@ class _Model:
         fit = fitted(self.parts.training, self.chosen, other.effect_values, start=other, free=self.free)
         return _Model(self.chosen, fit, self.parts, self.free, self.motions_of)
 
-    def bears_out(self, before: _Model, *, told: bool) -> bool:
+    def holds_beside(self, before: _Model, *, told: bool) -> bool:
         """Whether there is any of its last effect and the runs left out bear it out.
 
-        Where runs scatter in scale, but for what no model foretells of them. told: that too, and motions left
-        out, where asked: a part of the truth that looks better in shape only is none to build on.
+        Where runs scatter in scale, but for what no model foretells of them; told: that too, as of a part of
+        the truth: one that looks better in shape only is none to build on.
         """
         last = self.chosen[-1]
         if is_nothing(last, self.fit.effect_values[last.name]):
@@ -203,9 +210,7 @@ class _Model:
         if scatters(self.fit):
             left = self.parts.held_out, self.parts.begins
             errors.append([error_on(one.fit, *left, scaled=True) for one in (before, self)])
-        if any(now > WORSE * was for was, now in errors):
-            return False
-        return not (told and self.foretells_better_than(before) is False)
+        return all(now <= WORSE * was for was, now in errors)
 
     def foretells_better_than(self, other: _Model) -> bool | None:
         """Whether it predicts motions left out better, by a fair share of what it fits others better.
@@ -231,6 +236,16 @@ def _best_first(models: Sequence[_Model]) -> list[_Model]:
 
     sound = [one for one in models if np.isfinite(one.error_n)]
     return sorted(sound, key=missed) if len(sound) > 1 else sound  # motions are only left out to choose
+
+
+def _unlike(models: Sequence[_Model]) -> list[_Model]:
+    """Those that have not ended where one before them has."""
+    kept: list[_Model] = []
+    for one in models:
+        alike = (other for other in kept if one.has_the_effects_of(other.fit))
+        if all(abs(one.fit.total - other.fit.total) > WORTH_MOVING for other in alike):
+            kept.append(one)
+    return kept
 
 
 def _names(chosen: Sequence[Effect]) -> tuple[str, ...]:
