@@ -28,16 +28,15 @@ from mrctl.simulate.loops import P, borrowed
 from mrctl.simulate.run import Array, Ints
 
 Steps = tuple[Step, ...]
-Arrays = tuple[Array, ...]
-Pointers = tuple[Steps, Steps, Arrays, Arrays, Arrays, Arrays]
+Pointers = tuple[Steps, Steps, Array, Array, Array, Array]
 
 # At every call, from any thread, numba says that functions as arguments are young.
 warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
 _in_order: Any = ndarray.to_fixed_tuple  # which no stub knows
-_ROW = types.Array(types.float64, 1, "C")
-_LOOK = types.void(_ROW, _ROW, _ROW, *[types.float64] * 6, _ROW)
-_GO = types.void(_ROW, _ROW, *[types.float64] * 6)
+_ROW, _ROWS = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
+_LOOK = types.void(types.int64, _ROWS, _ROWS, _ROWS, *[types.float64] * 6, _ROW)
+_GO = types.void(types.int64, _ROWS, _ROWS, *[types.float64] * 6)
 
 
 def carrying(
@@ -84,9 +83,11 @@ def carrying(
 
 
 def _pointers(factors: Pairs, acting: Pairs, firsts: Sequence[Sequence[Sequence[float]]]) -> Pointers:
-    """Of each: what looks ahead and what goes on, parameters, first states (m, k), room for them twice.
+    """What looks ahead and what goes on of each of e effects, parameters, first states, room for them twice.
 
-    firsts (m stretches): the first states of each effect.
+    firsts (m stretches): the first states of each effect. Parameters (e, most), states (m, e, most) and room
+    (e, most) are as wide as any effect's: an array of its own for each would have its references counted at
+    every call.
     """
     looks, goes = [], []
     for pairs, look, go in ((factors, _factor_ahead, _factor_on), (acting, _force_ahead, _force_on)):
@@ -94,12 +95,16 @@ def _pointers(factors: Pairs, acting: Pairs, firsts: Sequence[Sequence[Sequence[
             with blaming(effect):
                 looks.append(_alone(look, effect.step, f"{effect.name}_ahead", len(p), _LOOK))
                 goes.append(_alone(go, effect.step, f"{effect.name}_on", len(p), _GO))
-    vectors = tuple(np.array(p) for _, p in (*factors, *acting))
-    states = [
-        np.array(begun, dtype=np.float64).reshape(len(firsts), -1) for begun in zip(*firsts, strict=True)
-    ]
-    now, ahead = (tuple(np.empty(one.shape[1]) for one in states) for _ in range(2))
-    return tuple(looks), tuple(goes), vectors, tuple(states), now, ahead
+    vectors = _padded([p for _, p in (*factors, *acting)])
+    states = np.array([_padded(one) for one in firsts])
+    return tuple(looks), tuple(goes), vectors, states, np.empty(states.shape[1:]), np.empty(states.shape[1:])
+
+
+def _padded(rows: Sequence[Vector], width: int = 1) -> Array:
+    out = np.zeros((len(rows), max([width, *map(len, rows)])))
+    for row, values in zip(out, rows, strict=True):
+        row[: len(values)] = values
+    return out
 
 
 @cache
@@ -110,19 +115,22 @@ def _alone(make: Callable[[int, Step], Step], step: Step, name: str, size: int, 
 
 def _factor_ahead(size: int, step: Step) -> Step:
     def call(
-        p: Array, s: Array, room: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float,
-        felt: Array,
+        m: int, q: Array, now: Array, rooms: Array, v: float, x: float, a: float, i: float, warm: float,
+        dt_s: float, felt: Array,
     ) -> None:  # fmt: skip
+        s, room = now[m], rooms[m]
         for k in range(s.size):
             room[k] = s[k]
-        felt[0] *= step(_in_order(p, size), room, v, x, i, warm, dt_s)
+        felt[0] *= step(_in_order(q[m], size), room, v, x, i, warm, dt_s)
 
     return call
 
 
 def _factor_on(size: int, step: Step) -> Step:
-    def call(p: Array, s: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float) -> None:
-        step(_in_order(p, size), s, v, x, i, warm, dt_s)
+    def call(
+        m: int, q: Array, now: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float
+    ) -> None:
+        step(_in_order(q[m], size), now[m], v, x, i, warm, dt_s)
 
     return call
 
@@ -131,23 +139,25 @@ def _force_ahead(size: int, step: Step) -> Step:
     faster = FASTER_M_S
 
     def call(
-        p: Array, s: Array, room: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float,
-        felt: Array,
+        m: int, q: Array, now: Array, rooms: Array, v: float, x: float, a: float, i: float, warm: float,
+        dt_s: float, felt: Array,
     ) -> None:  # fmt: skip
-        q = _in_order(p, size)
+        p, s, room = _in_order(q[m], size), now[m], rooms[m]
         for k in range(s.size):
             room[k] = s[k]
-        felt[1] += step(q, room, v, x, a, i, warm, dt_s)
+        felt[1] += step(p, room, v, x, a, i, warm, dt_s)
         for k in range(s.size):
             room[k] = s[k]
-        felt[2] += step(q, room, v + faster, x + faster * dt_s, a, i, warm, dt_s)
+        felt[2] += step(p, room, v + faster, x + faster * dt_s, a, i, warm, dt_s)
 
     return call
 
 
 def _force_on(size: int, step: Step) -> Step:
-    def call(p: Array, s: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float) -> None:
-        step(_in_order(p, size), s, v, x, a, i, warm, dt_s)
+    def call(
+        m: int, q: Array, now: Array, v: float, x: float, a: float, i: float, warm: float, dt_s: float
+    ) -> None:
+        step(_in_order(q[m], size), now[m], v, x, a, i, warm, dt_s)
 
     return call
 
@@ -159,8 +169,8 @@ def _loop(step: Step) -> Step:
 
     def loop(
         p: P, s: Array, starts: Ints, velocity_m_s: Array, displacement_m: Array, acceleration_m_s2: Array,
-        current_a: Array, temperature_c: Array, looks: Steps, goes: Steps, q: Arrays, first: Arrays,
-        now: Arrays, room: Arrays, preload_n: Array, tables: StaticTables, lag: Coefficients, dt_s: float,
+        current_a: Array, temperature_c: Array, looks: Steps, goes: Steps, q: Array, first: Array,
+        now: Array, room: Array, preload_n: Array, tables: StaticTables, lag: Coefficients, dt_s: float,
         out_v: Array, out_x: Array,
     ) -> None:  # fmt: skip
         t = borrowed(tables)
@@ -168,8 +178,7 @@ def _loop(step: Step) -> Step:
         own, trial = np.empty(s.shape[1]), np.empty(s.shape[1])
         for j in range(starts.size - 1):
             own[:] = s[j]
-            for m in range(len(now)):
-                now[m][:] = first[m][j]
+            now[:] = first[j]
             given_m_s, given_m = 0.0, 0.0
             for k in range(starts[j], starts[j + 1]):
                 v, x, a = velocity_m_s[k], displacement_m[k], acceleration_m_s2[k]
@@ -204,7 +213,7 @@ def _loop(step: Step) -> Step:
                         v1, x1 = step(p, trial, v, x, i, warm, factor, force, slope, t, lag, dt_s)
                 own[:] = trial
                 for m in range(len(goes)):
-                    goes[m](q[m], now[m], v1, x1, a, i, warm, dt_s)
+                    goes[m](m, q, now, v1, x1, a, i, warm, dt_s)
                 given_m_s, given_m = v - v1, x - x1
                 out_v[k] = v1
                 out_x[k] = x1
@@ -213,9 +222,9 @@ def _loop(step: Step) -> Step:
 
 
 def _felt(
-    looks: Steps, q: Arrays, now: Arrays, room: Arrays, preload_n: float, v: float, x: float, more: float,
+    looks: Steps, q: Array, now: Array, room: Array, preload_n: float, v: float, x: float, more: float,
     a: float, i: float, warm: float, dt_s: float, felt: Array,
 ) -> None:  # fmt: skip
     felt[0], felt[1], felt[2] = 1.0, -preload_n, -preload_n
     for m in range(len(looks)):
-        looks[m](q[m], now[m], room[m], v + more, x + more * dt_s, a, i, warm, dt_s, felt)
+        looks[m](m, q, now, room, v + more, x + more * dt_s, a, i, warm, dt_s, felt)
