@@ -100,7 +100,7 @@ def _pointers(factors: Pairs, acting: Pairs, firsts: Sequence[Sequence[Sequence[
     return tuple(looks), tuple(goes), vectors, states, np.empty(states.shape[1:]), np.empty(states.shape[1:])
 
 
-def _padded(rows: Sequence[Vector], width: int = 1) -> Array:
+def _padded(rows: Sequence[Sequence[float]], width: int = 1) -> Array:
     out = np.zeros((len(rows), max([width, *map(len, rows)])))
     for row, values in zip(out, rows, strict=True):
         row[: len(values)] = values

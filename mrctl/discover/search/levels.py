@@ -99,7 +99,14 @@ def search_level(
     whole = float(tangent.residual @ tangent.residual)
     n2 = max(before.mean_square, 1e-300)
     least = HOPELESS * least_n2(before) / n2 * whole
-    seen = looks(tangent, candidates, afar=afar, least=least)
+    taken = 0.0 if known is None else (before.mean_square - known.mean_square) / n2 * whole
+    seen = looks(
+        tangent,
+        candidates,
+        afar=afar,
+        least=max(least, min(near, _DEAR) * taken),
+        sure=None if known is None else _added(before, known),
+    )
     done("every candidate")
     hopeful = [one for one in seen[:MOST_FITTED] if one.gain > least and one.free.any()]
     own = [] if known is None else _known(before, known, seen)
@@ -166,9 +173,14 @@ def unsearched(before: Proof, candidates: Sequence[Effect]) -> Level:
 
 def _known(before: Proof, proof: Proof, seen: Sequence[Look]) -> list[Trial]:
     """The trial that a proven model is, its look among those seen."""
-    names = {e.name for e in proof.fit.model.effects.chosen}
-    names -= {e.name for e in before.fit.model.effects.chosen}
-    return [trial_of(before, one, proof) for one in seen if one.effect.name in names and one.free.any()]
+    name = _added(before, proof)
+    return [trial_of(before, one, proof) for one in seen if one.effect.name == name and one.free.any()]
+
+
+def _added(before: Proof, proof: Proof) -> str | None:
+    """The name of the effect that a model has more than another, if any."""
+    were = {e.name for e in before.fit.model.effects.chosen}
+    return next((e.name for e in proof.fit.model.effects.chosen if e.name not in were), None)
 
 
 def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, list[Trial]]:

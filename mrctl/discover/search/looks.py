@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 CLIMBED = 7
 LITTLE = 0.02  # of the best promise: an effect that promises less is not looked at closely
 UNDERSTATED = 0.5  # of what a far look may gain, that some records promise at least
+GLANCED = 0.25  # of what a close look may gain, that a glance promises at least
 STARTS = 3  # from which an effect is looked at closely, until one keeps what the glance promised there
 
 
@@ -29,11 +30,13 @@ def looks(
     *,
     afar: bool = False,
     least: float = 0.0,
+    sure: str | None = None,
 ) -> list[Look]:
     """All candidates, best first; only the `most` best of a first glance are looked at closely.
 
     None of them that promises next to nothing is. Of one that is looked at from afar, too, the better look
-    counts; afar: all of them are, and none closely. least: gain without which a look is of no use.
+    counts; afar: all of them are, and none closely. least: gain without which a look is of no use, but for
+    one at the candidate named `sure`.
     """
     ranges = reach_of(tangent.fit.model)
 
@@ -44,8 +47,9 @@ def looks(
     glances = _glances(tangent, effects, ranges)
     promised = [glanced[0][0] for glanced in glances]
     best_first = sorted(range(len(effects)), key=lambda k: -promised[k])
-    little = LITTLE * max([0.0, *promised])
-    closely = {k for k in best_first[:most] if promised[k] >= little and not afar}
+    little = max(LITTLE * max([0.0, *promised]), GLANCED * least)
+    enough = {k for k in best_first[:most] if promised[k] >= little and not afar}
+    closely = enough | {k for k, e in enumerate(effects) if e.name == sure}
     screen = Screen(tangent, ranges)
 
     def near(k: int) -> Look:

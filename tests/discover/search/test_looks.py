@@ -36,9 +36,10 @@ class _Screen:
 
     def climb(self, effect, start):
         self.asked.append(start)
-        return SimpleNamespace(effect=effect, gain=self.gains[start], start=start)
+        return self.at(effect, start)
 
-    at = climb
+    def at(self, effect, start):
+        return SimpleNamespace(effect=effect, gain=self.gains[start], start=start)
 
 
 @pytest.mark.parametrize(
@@ -55,6 +56,18 @@ def test_a_look_begins_again_where_a_promise_was_not_kept(monkeypatch, gains, as
     monkeypatch.setattr(module, "reach_of", lambda _: None)
     (look,) = module.looks(_tangent(), [_EFFECT])
     assert look.gain == best
+    assert len(_Screen.asked) == asked
+
+
+@pytest.mark.parametrize(
+    ("least", "sure", "asked"), [(30.0, None, 1), (40.0, None, 0), (40.0, _EFFECT.name, 1)]
+)
+def test_what_at_a_glance_is_of_no_use_is_not_looked_at_closely(monkeypatch, least, sure, asked):
+    """It promises 9, and may gain four times as much."""
+    _Screen.gains, _Screen.asked = {(1.0,): 9.0, (2.0,): 9.0, (3.0,): 9.0}, []
+    monkeypatch.setattr(module, "Screen", _Screen)
+    monkeypatch.setattr(module, "reach_of", lambda _: None)
+    module.looks(_tangent(), [_EFFECT], least=least, sure=sure)
     assert len(_Screen.asked) == asked
 
 
