@@ -85,7 +85,7 @@ def test_the_mount_carries_all_that_the_piston_feels(dt_s, stiffness_n_m):
     x, a = stroke(t), np.gradient(v, dt_s)
     friction_n, presliding_m, gas_n_m, viscous, softer_per_m = 150.0, 3e-4, 2e4, 3e3, 12.0
     beside = [
-        (effects()["viscous_damping"], (viscous, 0.0, 0.0)),
+        (effects()["viscous_damping"], (viscous, 0.0, 0.0, 0.0)),
         (effects()["gas_spring"], (0.0, gas_n_m, 0.0, 0.0)),
         (effects()["coulomb_friction"], (friction_n, presliding_m, 0.0, 5e-3, 0.0, 0.0)),
     ]

@@ -191,7 +191,7 @@ def test_a_damping_that_lags_is_late_by_its_time_constant_and_no_smaller():
     v = 0.3 * np.sin(2.0 * np.pi * t)
     zeros = np.zeros(t.size)
     for name, before, after in (
-        ("viscous_damping", (400.0, 0.0), ()),
+        ("viscous_damping", (400.0, 0.0), (0.0,)),
         ("quadratic_damping", (900.0,), (0.5,)),
     ):
         rest = zeros, zeros, zeros + 1.0, zeros + 40.0, dt
@@ -216,6 +216,16 @@ def test_a_taper_that_does_not_level_off_is_of_second_order_whatever_its_flatnes
     for flatness in (1.0, 3.0):
         p = (3.0, 200.0, 0.0, 0.0, flatness)
         assert step(p, [], 0.1, -0.02, 1.0, 40.0, 0.001) == pytest.approx(1.0 - 0.06 + 0.08)
+
+
+@pytest.mark.parametrize("law_k", [95.0, 273.15])
+def test_a_damping_thins_as_vogel_has_it(law_k):
+    """exp(b / (T + c)), with Cameron's c or Arrhenius': relative to 40 degC, where the loss is stated."""
+    step, at = effects()["viscous_damping"].step, law_k + 40.0
+    p = (400.0, 0.03, 0.0, 1.0 / at)
+    for celsius in (-10.0, 2.0, 39.0, 90.0):
+        exact = 400.0 * np.exp(0.03 * at**2 * (1.0 / (celsius + law_k) - 1.0 / at))
+        assert step(p, [0.0], 1.0, 0.0, 0.0, 1.0, celsius, 0.001) == pytest.approx(exact)
 
 
 @settings(max_examples=200, deadline=None)

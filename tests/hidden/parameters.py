@@ -55,7 +55,12 @@ def _friction(p, case):
 
 def _viscous(p, case):
     at = REFERENCE_C - case["base"]["T0"]
-    return {"damping_n_s_m": p["VC"] * math.exp(-p["VB"] * at), "thinning_per_k": p["VB"], "lag_s": 0.0}
+    return {
+        "damping_n_s_m": p["VC"] * math.exp(-p["VB"] * at),
+        "thinning_per_k": p["VB"],
+        "lag_s": 0.0,
+        "easing_per_k": 0.0,
+    }
 
 
 def _quadratic(p, case):

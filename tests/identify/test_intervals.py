@@ -42,14 +42,14 @@ def test_a_filter_at_its_bounds_makes_nothing_surer():
 
 def test_runs_that_disagree_make_a_parameter_as_unsure_as_fits_without_one_or_the_other_do():
     gains = np.random.default_rng(5).normal(1.0, 0.02, 64)  # each run's own, which no parameter is
-    viscous = {"damping_n_s_m": 300.0, "thinning_per_k": 0.0, "lag_s": 0.0}
+    viscous = {"damping_n_s_m": 300.0, "thinning_per_k": 0.0, "lag_s": 0.0, "easing_per_k": 0.0}
     runs = rich({"viscous_damping": viscous}).runs
     records = [r.decimated(2) for r in records_of(runs)]
     records = [replace(r, force_n=g * r.force_n) for r, g in zip(records, gains, strict=False)]
     base = fit_base(records)
     effect = effects()["viscous_damping"]
     model = JointModel(base.model.layout, records, Effects((effect,)), minimum_phase=True)
-    theta = model.pack(base.tables, {effect.name: (300.0, 0.0, 0.0)})
+    theta = model.pack(base.tables, {effect.name: (300.0, 0.0, 0.0, 0.0)})
     model.reweigh(theta)
     penalties = weighed_as(base.penalties, model.penalties())
     fit = model.fit(theta, penalties=penalties, rounds=1, iterations=10)

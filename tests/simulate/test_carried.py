@@ -109,7 +109,7 @@ def test_a_change_behind_a_limit_is_that_of_a_small_step(held):
 @pytest.mark.parametrize(
     ("name", "p"),
     [
-        ("viscous_damping", (400.0, 3e-3, 0.0)),
+        ("viscous_damping", (400.0, 3e-3, 0.0, 0.005)),
         ("gas_spring", (200.0, 4000.0, 8.0, 0.1)),
         ("coulomb_friction", (60.0, 2e-3, 0.3, 0.02, 2e-3, 0.4)),
     ],
