@@ -100,8 +100,8 @@ def _pointers(factors: Pairs, acting: Pairs, firsts: Sequence[Sequence[Sequence[
     return tuple(looks), tuple(goes), vectors, states, np.empty(states.shape[1:]), np.empty(states.shape[1:])
 
 
-def _padded(rows: Sequence[Sequence[float]], width: int = 1) -> Array:
-    out = np.zeros((len(rows), max([width, *map(len, rows)])))
+def _padded(rows: Sequence[Sequence[float]]) -> Array:
+    out = np.zeros((len(rows), max(1, *map(len, rows))))
     for row, values in zip(out, rows, strict=True):
         row[: len(values)] = values
     return out
