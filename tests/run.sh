@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs all that the tests need and runs every check; what CI runs is this script and nothing else.
-# `tests/run.sh --all` runs the long searches too (`pytest -m long`), which take as long again.
+# `tests/run.sh --all` runs the long searches too (`pytest -m long`).
 # For a single test: `pytest tests/model -k saturates` in the same environment.
 #
 # Python packages go into $VIRTUAL_ENV if one is active, else into .venv-test. Debian packages are installed when
