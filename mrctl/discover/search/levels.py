@@ -99,18 +99,14 @@ def search_level(
     whole = float(tangent.residual @ tangent.residual)
     n2 = max(before.mean_square, 1e-300)
     least = HOPELESS * least_n2(before) / n2 * whole
-    taken = 0.0 if known is None else (before.mean_square - known.mean_square) / n2 * whole
-    seen = looks(
-        tangent,
-        candidates,
-        afar=afar,
-        least=max(least, min(near, _DEAR) * taken),
-        sure=None if known is None else _added(before, known),
-    )
+    taken, added = 0.0, None
+    if known is not None:
+        taken, added = (before.mean_square - known.mean_square) / n2 * whole, _added(before, known)
+    seen = looks(tangent, candidates, afar=afar, least=max(least, min(near, _DEAR) * taken), sure=added)
     done("every candidate")
     hopeful = [one for one in seen[:MOST_FITTED] if one.gain > least and one.free.any()]
-    own = [] if known is None else _known(before, known, seen)
-    trials = list(own)
+    own = [one for one in seen if one.effect.name == added and one.free.any()]
+    trials = [] if known is None else [trial_of(before, one, known) for one in own]
     best = seen[0].gain if seen else 0.0
     while True:
         names = {t.effect.name for t in trials}
@@ -169,12 +165,6 @@ def unsearched(before: Proof, candidates: Sequence[Effect]) -> Level:
     tangent = Tangent.of(before.fit)
     whole = float(tangent.residual @ tangent.residual)
     return Level(before, whole, usual_looks(tangent, candidates), [])
-
-
-def _known(before: Proof, proof: Proof, seen: Sequence[Look]) -> list[Trial]:
-    """The trial that a proven model is, its look among those seen."""
-    name = _added(before, proof)
-    return [trial_of(before, one, proof) for one in seen if one.effect.name == name and one.free.any()]
 
 
 def _added(before: Proof, proof: Proof) -> str | None:
