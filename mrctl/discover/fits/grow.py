@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.anew import best_anew
-from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, raced
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, near_cost, raced
 from mrctl.discover.fits.screen import Look, Screen, ranges_of
 from mrctl.discover.fits.tangent import Tangent
 from mrctl.identify.effects_fit import Effects
@@ -29,7 +29,7 @@ ITERATIONS = 20
 HARDLY_ANY = 0.02  # of an effect, to begin with
 
 
-def grown(before: Tangent, look: Look, more_heats: int = 0, known: float = np.inf) -> JointFit:
+def grown(before: Tangent, look: Look, more_heats: int = 0, best: JointFit | None = None) -> JointFit:
     """A fit with one more effect, base and effects moving together, weights as they are.
 
     It begins where it costs least: with the base settled around the look, with the base as it was, with less
@@ -37,8 +37,8 @@ def grown(before: Tangent, look: Look, more_heats: int = 0, known: float = np.in
     one; with the base fitted anew beside the effect as it looked; or at the first of these with a plain lag
     for the filter, some effects from all their starting points, a warmth also with h fitted anew; what yields
     beside bases that never met it.
-    more_heats: as `raced` has it; one whose values are known needs none. known: a total cost below
-    which it must come to be of use.
+    more_heats: as `raced` has it; one whose values are known needs none. best: the best fit so far with
+    another effect more, which this one must come near to be of use.
     """
     fit = before.fit
     effect = look.effect
@@ -89,8 +89,16 @@ def grown(before: Tangent, look: Look, more_heats: int = 0, known: float = np.in
             for theta, own in _late(fit, before.few(effect), effect)
         ]
     every = [start, *settled, *(with_plain_lag(model, one) for one in again)]
-    cut = before.few(effect) is not fit.model
-    return raced(every, heat, fitted, model.cost, ITERATIONS, min(known, fit.total), more_heats, few=cut)
+    known = fit.total if best is None else near_cost(fit.total, best.total)
+    there = None if before.few(effect) is fit.model else _known_to_few(before.few(effect), fit, best)
+    return raced(every, heat, fitted, model.cost, ITERATIONS, known, more_heats, few=there)
+
+
+def _known_to_few(few: JointModel, fit: JointFit, best: JointFit | None) -> float:
+    """The total cost, of a few records, below which a model must come to be near the best one."""
+    if best is None:
+        return np.inf
+    return near_cost(*(replace(one, model=few.with_effects(one.model.effects)).total for one in (fit, best)))
 
 
 def _late(fit: JointFit, few: JointModel, effect: Effect) -> list[tuple[Array, Vector]]:

@@ -14,6 +14,13 @@ Array = NDArray[np.float64]
 
 HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each start, before the best goes on
 TOLERANCE = 1e-4  # share of the cost that another step must win
+LOST = 1  # iterations on all data, from where few data have shown that nothing comes of it
+CLOSE = 0.7  # of the best fit's log-likelihood ratio, that another one's must come near
+
+
+def near_cost(none: float, best: float) -> float:
+    """The total cost above which a log-likelihood is not near the best fit's; none: that of no effect."""
+    return none * min(best / none, 1.0) ** CLOSE
 
 
 def raced(
@@ -25,22 +32,25 @@ def raced(
     known: float = np.inf,
     more: int = 0,
     *,
-    few: bool = False,
+    few: float | None = None,
 ) -> JointFit:
     """The fit from the start that a few iterations promise most of.
 
     heat, fitted: as `JointModel.fit`, the heats' on as much data as is enough to choose by; cost: on all
     data. Where the choice was wrong, and another place costs less than the fit, that is where it begins anew.
     known: as `pursued` has it. more: times that starts which may still become the best are heated on. few:
-    heats are on so few data that the best one goes on there first, to where it is not far from all data's.
+    where heats are on so few data that the best one goes on there first, to where it is not far from all
+    data's: what is known there. One that ends above it is not gone on with on all data.
     """
     further = partial(heat, iterations=HEAT, tolerance=HEAT_TOLERANCE, passing=True)
     heats = _heated(starts, further, more)
     best = min(heats, key=lambda one: one.total)
     begin = best.theta
-    if few:
-        there = heat(begin, iterations=iterations, tolerance=TOLERANCE, passing=True).theta
-        begin = min(begin, there, key=cost)
+    if few is not None:
+        ended = heat(begin, iterations=iterations, tolerance=TOLERANCE, passing=True, known=few)
+        begin = min(begin, ended.theta, key=cost)
+        if ended.total > few:
+            return fitted(begin, iterations=LOST, tolerance=TOLERANCE)
     fit = pursued(fitted, begin, iterations, known)
     costs = [(cost(theta), theta) for theta in (*starts, *(one.theta for one in heats if one is not best))]
     least, there = min(costs, key=lambda one: one[0])

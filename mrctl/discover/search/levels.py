@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.fits.grow import DEAR_TOGETHER, ITERATIONS, Folds, grown
 from mrctl.discover.fits.proof import Proof, chance, log_gain, prove
+from mrctl.discover.fits.race import CLOSE, near_cost
 from mrctl.discover.fits.robust import second_opinions
 from mrctl.discover.fits.screen import Look, reach_of
 from mrctl.discover.fits.settle import again
@@ -34,7 +35,6 @@ MORE_HEATS = 4  # for starts of a trial that may still become its best
 MOST_SECOND = 3  # fitted for each second opinion on the base
 _DEAR = 0.4  # as NEAR, for effects on the motion: their fits race from several starts
 ABOUT = 0.9  # of the best look's gain, that another's is about as much
-CLOSE_TRIAL = 0.7  # of the best trial's gain, or its look's, to be begun once more from its base
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,12 +187,11 @@ def _levelled(before: Proof, trials: list[Trial], folds: Folds) -> tuple[Proof, 
     close = [
         t
         for t in trials
-        if t is not best
-        and (t.gain >= CLOSE_TRIAL * best.gain or t.look.gain >= CLOSE_TRIAL * best.look.gain)
+        if t is not best and (t.gain >= CLOSE * best.gain or t.look.gain >= CLOSE * best.look.gain)
     ]
     common = [one for p in (before, *(t.proof for t in close)) for one in (p, *p.fit.model.common)]
-    near = _near(before, best)
-    asked = [(before, np.inf), *((t.proof, near) for t in close)]
+    known = near_cost(before.fit.total, best.fit.total)
+    asked = [(before, np.inf), *((t.proof, known) for t in close)]
     before, *proofs = in_processes(lambda one: again(one[0], there, folds, one[1]), asked, common)
     if best.effect.stage is Stage.OUTPUT:
         before = again(before, with_lag_of_two(before.fit.model, there), folds)
@@ -213,12 +212,12 @@ def _judged(before: Proof, trial: Trial, colour: Array) -> Trial:
 
 
 def _all_tried(
-    before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Look], known: float = np.inf
+    before: Proof, tangent: Tangent, folds: Folds, seen: Sequence[Look], best: JointFit | None = None
 ) -> list[Trial]:
     common = [*seen, *(one.effect for one in seen), *before.fit.model.common]
     # What takes longest first, so that nothing waits for it.
     dear = sorted(seen, key=lambda one: len(one.effect.parameters), reverse=True)
-    return in_processes(partial(tried, before, tangent, folds, known=known), dear, common)
+    return in_processes(partial(tried, before, tangent, folds, best=best), dear, common)
 
 
 def _raced(
@@ -234,19 +233,13 @@ def _raced(
         first = min(close, key=lambda one: len(one.effect.parameters))
         trials, seen = [tried(before, tangent, folds, first)], [one for one in seen if one is not first]
     true = [t for t in trials if t.proof.predicts_better_than(before)]
-    known = min((_near(before, t) for t in true), default=np.inf)
+    known = min((t.fit for t in true), key=lambda fit: fit.total, default=None)
     return [*trials, *_all_tried(before, tangent, folds, seen, known)]
 
 
-def _near(before: Proof, best: Trial) -> float:
-    """The total cost above which a trial's log-likelihood is not near the best one's."""
-    none = before.fit.total
-    return none * float(min(best.fit.total / none, 1.0) ** CLOSE_TRIAL)
-
-
-def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look, known: float = np.inf) -> Trial:
-    """The joint fit of a model with one more effect, begun at a look; known: as `grown` has it."""
-    return trial_of(before, look, prove(grown(tangent, look, MORE_HEATS, known), folds))
+def tried(before: Proof, tangent: Tangent, folds: Folds, look: Look, best: JointFit | None = None) -> Trial:
+    """The joint fit of a model with one more effect, begun at a look; best: as `grown` has it."""
+    return trial_of(before, look, prove(grown(tangent, look, MORE_HEATS, best), folds))
 
 
 def trial_of(before: Proof, look: Look, proof: Proof) -> Trial:

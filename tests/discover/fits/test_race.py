@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.fits.race import HEAT, raced
+from mrctl.discover.fits.race import CLOSE, HEAT, LOST, near_cost, raced
 
 MORE_HEATS = 4
 A, B = np.array([1.0]), np.array([2.0])
@@ -49,6 +49,31 @@ def test_a_fit_that_is_not_on_its_way_below_what_is_known_ends_early(last_gain, 
     done = SimpleNamespace(theta=A, total=1.0, solution=SimpleNamespace(converged=True, last_gain=0.0))
     raced([A], lambda *_, **__: done, fitted, lambda _: 100.0, 20, 50.0)
     assert asked_for == asked
+
+
+@pytest.mark.parametrize(("few", "asked"), [(2.0, [HEAT, 20 - HEAT]), (0.5, [LOST])])
+def test_what_a_few_data_show_to_come_to_nothing_is_not_gone_on_with_on_all(few, asked):
+    """few: what is known of them, where the fit to them ends at 1."""
+    asked_for, known_of = [], []
+
+    def heat(theta, *, known=np.inf, **_):
+        known_of.append(known)
+        return SimpleNamespace(theta=theta, total=1.0, solution=done)
+
+    def fitted(theta, *, iterations: int, **_):
+        asked_for.append(iterations)
+        going = SimpleNamespace(converged=False, last_gain=10.0)
+        return SimpleNamespace(theta=theta, total=100.0, solution=going)
+
+    done = SimpleNamespace(converged=True, last_gain=0.0)
+    raced([A], heat, fitted, lambda _: 100.0, 20, few=few)
+    assert asked_for == asked
+    assert known_of[-1] == few
+
+
+def test_a_fit_is_near_the_best_one_by_a_share_of_its_log_likelihood_ratio():
+    assert near_cost(1000.0, 10.0) == pytest.approx(1000.0 * 0.01**CLOSE)
+    assert near_cost(1000.0, 2000.0) == 1000.0  # a best one that is worse than none holds nobody back
 
 
 def _falling(falls):
