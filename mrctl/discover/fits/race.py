@@ -20,7 +20,7 @@ CLOSE = 0.7  # of the best fit's log-likelihood ratio, that another one's must c
 
 def near_cost(none: float, best: float) -> float:
     """The total cost above which a log-likelihood is not near the best fit's; none: that of no effect."""
-    return none * min(best / none, 1.0) ** CLOSE
+    return float(none * min(best / none, 1.0) ** CLOSE)
 
 
 def raced(
