@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,6 +151,10 @@ class SlopeRows:
         """
         rows = filtering.sensitivities(t.filter, rate_hz, u, y, starts)
         self.values[self.static.shape[0] :] = averaged(rows, u.size // self.values.shape[1])
+
+    def of(self, values: Array) -> SlopeRows:
+        """The same parameters' slopes, further on their way or at another rate."""
+        return replace(self, values=values, static=values[: self.static.shape[0]])
 
     def in_blocks(self, by: int, room: int = 0, *, picked: bool) -> Rows:
         """All rows, of each `by` samples what is weighed, in a matrix with room for more rows."""

@@ -19,7 +19,7 @@ from mrctl.simulate.compiled import compiled
 from mrctl.simulate.step_slopes import StepSlopes, yield_chain, yield_slopes
 
 Array = NDArray[np.float64]
-Rows = tuple[Array, Array | float, Array | float]  # (m, n // factor) each, or 0 where nothing moves
+Rows = tuple[Array, Array | None, Array | None]  # (m, n // factor) each; None where nothing acts
 
 SLOPE_STEP = 1e-4  # of a parameter's scale
 VELOCITY_STEP_M_S = 1e-6
@@ -62,67 +62,71 @@ class Motion:
             static * (factors(v, x + dx) - factors(v, x - dx)) / (2.0 * dx),
         )
 
-    def of_tables(self, bare: Array, level: Array | None, gain: Array, factor: int) -> Rows:
-        """Slopes of what goes into H, of what comes beside it, and on the rod.
+    def lagged(self, rows: Array) -> None:
+        """Changes of the static force (m, n) as the motion comes to feel them, in their own place."""
+        filtering.filter_rows(*as_arrays(self.lag_inside(self.filter)), rows, self.here.run.starts)
 
-        bare (m, n): those of f g h at a given velocity, of which the first ones come with those of f h, level
-        (l, n), where the fluid yields by it; gain (n): what effects multiply f g h by.
-        """
-        lagged = bare * gain
-        filtering.filter_rows(*self._lag(self.filter), lagged, self.here.run.starts)
-        return self._rows(bare, level, lagged, gain, factor)
-
-    def of_filter(self, factor: int) -> Rows:
-        """The same by H's own parameters, for the motion's sake alone."""
-        run = self.here.run
-        static = self.here.static_n
-        lagged = filtering.filtered(*self._lag(self.filter), static, run.starts)
+    def by_filter(self) -> Array:
+        """What the motion feels of H's own parameters (m, n)."""
+        run, static = self.here.run, self.here.static_n
+        lags = [self.lag_inside(self.filter + step) for step in SLOPE_STEP * np.eye(self.filter.size)]
         rows = np.empty((self.filter.size, run.size))
-        for k, step in enumerate(SLOPE_STEP * np.eye(self.filter.size)):
-            rows[k] = filtering.filtered(*self._lag(self.filter + step), static, run.starts) - lagged
+        before = filtering.filtered(*as_arrays(self.lag_inside(self.filter)), static, run.starts)
+        for row, lag in zip(rows, lags, strict=True):
+            row[:] = filtering.filtered(*as_arrays(lag), static, run.starts) - before
         rows /= SLOPE_STEP
-        return self._rows(np.zeros_like(rows), None, rows, np.zeros(run.size), factor)
+        return rows
 
-    def _lag_inside(self, filter_: Array) -> Coefficients:
-        """That of the force which the motion gives way to."""
-        _, p, way = self._giving_way
-        return way.inside(p, plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients))
+    def lag_inside(self, filter_: Array, p: Vector | None = None) -> Coefficients:
+        """That of the force which the motion gives way to; p: the motion effect's parameters, if others."""
+        _, own, way = self.giving_way
+        return way.inside(own if p is None else p, self.plain_lag(filter_))
 
-    def _lag(self, filter_: Array) -> tuple[Array, Array]:
-        b0, b1, b2, b3, *a = self._lag_inside(filter_)
-        return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
+    def plain_lag(self, filter_: Array) -> Coefficients:
+        """H's of these parameters, as the motion effect's step has it."""
+        return plain_lag(hysteresis.as_filter(filter_, 1.0 / self.here.run.dt_s).coefficients)
 
-    def _rows(self, static: Array, level: Array | None, lagged_n: Array, gain: Array, factor: int) -> Rows:
+    def through(self, static: Array, level: Array | None, felt: Array, factor: int) -> Rows:
+        """Changes of what goes into H, of what comes beside it, and on the rod, averaged over `factor`.
+
+        static (s, n): changes of f g h and its factors at a given motion, of which the first ones come with
+        those of f h, level (l, n), where the fluid yields by it; felt (m >= s, n): all changes, the same ones
+        first, as the motion feels them.
+        """
         by_way, first = self._way
-        run = self.here.run
-        added, rod = self.settings[Stage.ADDITIVE], self.settings[Stage.ROD]
-        # Outputs: the force, and the motion itself where more hangs on it.
-        count = 3 if self.settings[Stage.YIELD] or added or rod else 1
+        run, yields = self.here.run, bool(self.settings[Stage.YIELD])
         states = first.shape[1]
-        by = np.zeros((run.size, count + states, 2 + states))
-        rest = [0, *range(2, 2 + states)]  # of what goes in, all but the static force
-        by[:, 0, rest] = self.by_v[:, None] * by_way[:, 0] + self.by_x[:, None] * by_way[:, 1]
-        by[:, 0, 1] = gain
-        by[:, 1:, rest] = by_way[:, 3 - count :]
-        if count == 1:
-            return carried(by, first, run.starts, lagged_n, static, factor)[0], 0.0, 0.0
-        force, v, x = carried(by, first, run.starts, lagged_n, static)
-        force = yield_slopes(self._yielding, force, level, (v, x))
-        acting = [one.through((0, 1), v, x, factor) for one in self._acting]
-        beside, on_rod = sum(acting[: len(added)]), sum(acting[len(added) :])
-        return base.averaged(force, factor), beside, on_rod
+        motions = by_way[:, :2] if yields else by_way[:, :0]
+        sums = by_way[:, 2 : by_way.shape[1] - states]
+        by_force = self.by_v[:, None] * by_way[:, 0] + self.by_x[:, None] * by_way[:, 1]
+        after = by_way[:, by_way.shape[1] - states :]
+        rows = np.concatenate([by_force[:, None], motions, sums, after], axis=1)
+        by = np.zeros((run.size, rows.shape[1], 2 + states))
+        by[:, :, [0, *range(2, 2 + states)]] = rows  # of what goes in, all but the static force
+        by[:, 0, 1] = 1.0
+        force, *rest = carried(by, first, run.starts, felt, static, 1 if yields else factor)
+        if yields:
+            v, x, *rest = rest
+            force = base.averaged(yield_slopes(self._yielding, force, level, (v, x)), factor)
+            rest = [base.averaged(one, factor) for one in rest]
+        told = iter(rest)
+        beside, on_rod = (next(told) if own else None for own in self._acting)
+        return force, beside, on_rod
 
     @cached_property
-    def _acting(self) -> list[StepSlopes]:
-        """How what acts at the piston beside the static force moves with its motion, effect by effect."""
+    def _acting(self) -> tuple[list[StepSlopes], list[StepSlopes]]:
+        """How what acts at the piston beside the static force, and on the rod, moves with its motion."""
         run, here = self.here.run, self.here
         rest = run.acceleration_m_s2, here.current_a, here.temperature_c
         signals = here.velocity_m_s, here.displacement_m, *rest
-        return [
-            StepSlopes.along(effect, p, signals, (0, 1), (self.tables, run.dt_s), run.starts)
+        beside, on_rod = (
+            [
+                StepSlopes.along(effect, p, signals, (0, 1), (self.tables, run.dt_s), run.starts)
+                for effect, p in self.settings[stage]
+            ]
             for stage in (Stage.ADDITIVE, Stage.ROD)
-            for effect, p in self.settings[stage]
-        ]
+        )
+        return beside, on_rod
 
     @cached_property
     def _yielding(self) -> list[StepSlopes]:
@@ -133,20 +137,24 @@ class Motion:
 
     @cached_property
     def _way(self) -> tuple[Array, Array]:
-        """How the motion and its states move with a force (n, 2 + k, 1 + k); and the first ones (m, k, 2)."""
+        """How the motion, what acts beside it and the states move with a force; and the first states.
+
+        (n, 2 + a + k, 1 + k), of a sums of forces those that there are, and (m, k, 2).
+        """
         run = self.here.run
-        effect, p, (step, start, _) = self._giving_way
+        effect, p, (step, start, *_) = self.giving_way
         given_m = run.displacement_m - self.here.displacement_m
         first = np.array([start(p, 1.0, float(by_m)) for by_m in given_m[run.starts[:-1]]], dtype=np.float64)
         states = first.shape[1]
         by = np.empty((run.size, 2 + states, 1 + states))
         loop = compiled(loops.way_slopes, step, f"{effect.name}_way")
-        loop(p, self.by_v, self.by_x, given_m, self._lag_inside(self.filter), run.dt_s, by)
-        by, first = heard(*carrying(by, first[:, :, None], [one.by for one in self._acting]), (0,))
+        loop(p, self.by_v, self.by_x, given_m, self.lag_inside(self.filter), run.dt_s, by)
+        acting = [[one.by for one in own] for own in self._acting if own]
+        by, first = heard(*carrying(by, first[:, :, None], acting), (0,))
         return by, np.pad(first, ((0, 0), (0, 0), (0, 1)))  # the static force moves none of them
 
     @property
-    def _giving_way(self) -> tuple[Effect, Vector, GivesWay]:
+    def giving_way(self) -> tuple[Effect, Vector, GivesWay]:
         """The motion's effect, its parameters, and how it gives way."""
         ((effect, p),) = self.settings[Stage.MOTION]
         if effect.gives_way is None:
@@ -154,36 +162,50 @@ class Motion:
         return effect, p, effect.gives_way
 
 
-def carrying(way: Array, first: Array, acting: Sequence[Array]) -> tuple[Array, Array]:
+def as_arrays(lag: Coefficients) -> tuple[Array, Array]:
+    """A filter's numerator (4) and denominator (4)."""
+    b0, b1, b2, b3, *a = lag
+    return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
+
+
+def carrying(way: Array, first: Array, acting: Sequence[Sequence[Array]]) -> tuple[Array, Array]:
     """The way of a motion that gives way to what acts beside the static force too, and its first states.
 
     way (n, 2 + k, 1 + k): how the piston's velocity, displacement and k states move with a force and the
-    states; first (m, k, 1): the first ones; acting (n, 1 + j, 2 + j) each: how a force beside it and its j
-    states move with that velocity, displacement and the states, which come behind the k.
+    states; first (m, k, 1): the first ones; acting: groups, and of each how its forces beside it (n, 1 + j,
+    2 + j) and their j states move with that velocity, displacement and the states, which come behind the k.
+    Behind velocity and displacement comes each group's force.
     """
-    own = way.shape[2]
-    states = own - 1 + sum(one.shape[2] - 2 for one in acting)
-    if not acting:
+    own, groups = way.shape[2], len(acting)
+    forces = [one for group in acting for one in group]
+    if not forces:
         return way, first
-    total = np.sum([one[:, 0, :2] for one in acting], axis=0)
+    states = own - 1 + sum(one.shape[2] - 2 for one in forces)
+    total = np.sum([one[:, 0, :2] for one in forces], axis=0)
     by_v, by_x = np.maximum(total[:, 0], 0.0), total[:, 1]
     # The whole force, of which these make a part by the motion that it makes.
     whole = np.zeros((way.shape[0], 1 + states))
     whole[:, 0] = 1.0
     whole[:, 1:own] = by_v[:, None] * way[:, 0, 1:] + by_x[:, None] * way[:, 1, 1:]
-    out = np.zeros((way.shape[0], 2 + states, 1 + states))
+    out = np.zeros((way.shape[0], 2 + groups + states, 1 + states))
+    motion, sums, after = out[:, :2], out[:, 2 : 2 + groups], out[:, 2 + groups :]
     at = own
-    for one in acting:
+    for one in forces:
         there = slice(at, at + one.shape[2] - 2)
         whole[:, there] = one[:, 0, 2:]
-        out[:, 1 + there.start : 1 + there.stop, there] = one[:, 1:, 2:]
+        after[:, there.start - 1 : there.stop - 1, there] = one[:, 1:, 2:]
         at = there.stop
     whole /= (1.0 - by_v * way[:, 0, 0] - by_x * way[:, 1, 0])[:, None]
-    out[:, : 1 + own] = way[:, :, :1] * whole[:, None, :]
-    out[:, : 1 + own, 1:own] += way[:, :, 1:]
-    at = 1 + own
-    for one in acting:
-        there = slice(at, at + one.shape[1] - 1)
-        out[:, there] += one[:, 1:, 0, None] * out[:, :1] + one[:, 1:, 1, None] * out[:, 1:2]
-        at = there.stop
+    for part, ways in ((motion, way[:, :2]), (after[:, : own - 1], way[:, 2:])):
+        part[:] = ways[:, :, :1] * whole[:, None, :]
+        part[:, :, 1:own] += ways[:, :, 1:]
+    at = own
+    for number, group in enumerate(acting):
+        for one in group:
+            there = slice(at, at + one.shape[2] - 2)
+            for by in (0, 1):  # velocity, displacement
+                after[:, there.start - 1 : there.stop - 1] += one[:, 1:, by, None] * motion[:, by, None]
+                sums[:, number] += one[:, 0, by, None] * motion[:, by]
+            sums[:, number, there] += one[:, 0, 2:]
+            at = there.stop
     return out, np.pad(first, ((0, 0), (0, states - own + 1), (0, 0)))

@@ -203,6 +203,21 @@ def way_slopes(step: Step) -> Step:
     return loop
 
 
+def bears(step: Step) -> Step:
+    """The loop over the force that a motion effect hangs on, along a given motion (n); `s` (m, k)."""
+
+    def loop(
+        p: P, s: Array, starts: Ints, given_m: Array, given_m_s: Array, dt_s: float, out: Array
+    ) -> None:  # fmt: skip
+        for j in range(starts.size - 1):
+            own, before = s[j], given_m[starts[j]]
+            for k in range(starts[j], starts[j + 1]):
+                out[k] = step(p, own, before, given_m[k], given_m_s[k], dt_s)
+                before = given_m[k]
+
+    return loop
+
+
 def peaks(call: Step) -> Step:
     """The loop that tells how large each state of a step, in `s` (m, k), becomes: `out` (k).
 

@@ -245,11 +245,15 @@ class GivesWay(NamedTuple):
     `given_m` by how much less than the rod the piston has moved, `s` as in the effect's step.
     `start(p, force_n, given_m)` is the state in which the first sample has lasted for ever. `inside(p, lag)`
     is the lag of the force that it hangs on, which `step` is given, from that of the effect's step.
+    `bears(p, s, before_m, given_m, given_m_s, dt_s)` is the force in N that it hangs on: given_m and
+    given_m_s by how much less than the rod the piston has moved and moves, before_m the one a sample ago, `s`
+    as in the effect's step and 0 at first.
     """
 
     step: Step
     start: Start
     inside: Callable[[Vector, Coefficients], Coefficients]
+    bears: Step
 
 
 @dataclass(frozen=True, slots=True)

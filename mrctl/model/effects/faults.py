@@ -60,7 +60,7 @@ def _of_another_kind(effect: Effect) -> Iterator[str]:
         if not fits and (function is not None or what == "step"):
             yield f"{what} is a {_kind(effect, what)}, not a plain function; name one that `def` makes"
     others = (
-        ("gives_way", GivesWay | None, "GivesWay(step, start, inside)"),
+        ("gives_way", GivesWay | None, "GivesWay(step, start, inside, bears)"),
         ("rank", int, "a whole number"),
         ("felt", bool, "True or False"),
     )

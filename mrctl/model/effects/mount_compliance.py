@@ -167,6 +167,15 @@ def give_way_start(p: Sequence[float], force_n: float, bent_m: float) -> list[fl
     return [0.0, 0.0, 0.0, bent, bent, 0.0]
 
 
+def bears(
+    p: Sequence[float], s: list[float], before_m: float, bent_m: float, bending_m_s: float, dt_s: float
+) -> float:
+    """The force in N of a mount that is bent so: spring, damping and the arm that creeps."""
+    kept, stiff = creeping(p, dt_s)
+    s[5] = kept * s[5] + stiff * (bent_m - before_m)
+    return bent_m * (1.0 + p[2] * bent_m * bent_m) / p[0] + p[1] * bending_m_s + s[5]
+
+
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
     return {"mount stiffness": (1.0 / p[0], "N/m")} if p[0] > 0.0 else {}
 
@@ -251,7 +260,7 @@ EFFECT = Effect(
     guesses=_guesses,
     far=_dashpot,
     derived=_derived,
-    gives_way=GivesWay(give_way, give_way_start, inside),
+    gives_way=GivesWay(give_way, give_way_start, inside, bears),
     # A fluid that is elastic in series with its flow is this spring, as stiff as f h has it.
     alike_at_one_level=frozenset({"preyield_stiffness"}),
 )
