@@ -14,7 +14,16 @@ from mrctl.discover.base_fit import fitted_to
 from mrctl.discover.evidence import Evidence
 from mrctl.discover.fits.grow import grown_by
 from mrctl.discover.fits.proof import Proof, prove
-from mrctl.discover.fits.refit import Split, error_on, fitted, one_more, scatters, split, thinned
+from mrctl.discover.fits.refit import (
+    Split,
+    error_on,
+    fitted,
+    scatters,
+    split,
+    thinned,
+    with_one_more,
+    with_one_of,
+)
 from mrctl.discover.fits.settle import WORTH_MOVING, settled
 from mrctl.discover.fits.unseen import Unseen
 from mrctl.discover.search.levels import search_level
@@ -117,10 +126,10 @@ def extend(
         done = 1 + len(here.chosen) - len(known)
         report(done / (len(added) + 2), ", ".join(_names((*here.chosen, effect))))
         told = effect.name in unseen
-        ways = [(effect, given.get(effect.name))]
+        models = [here.with_one_more(effect, given.get(effect.name))]
         if told:  # from where a fit of it begins decides where it ends, as its rivals do
-            ways += [(one, None) for one in (effect, *others.get(effect.name, ()))]
-        models = [here.with_one_more(*way) for way in ways if way[0].name not in _names(here.chosen)]
+            rivals = [one for one in others.get(effect.name, ()) if one.name not in _names(here.chosen)]
+            models += here.with_one_of((effect, *rivals))
         if begin is not None and not told:
             models += [one.begun_at(begin) for one in models if one.has_the_effects_of(begin)]
             models = [min(models, key=lambda one: one.fitted_n)]
@@ -183,10 +192,14 @@ class _Model:
 
     def with_one_more(self, effect: Effect, values: Vector | None) -> _Model:
         """The same with one more effect, begun at values or where a look finds most."""
-        chosen = (*self.chosen, effect)
-        given = {} if values is None else {effect.name: values}
-        fit = one_more(self.fit, self.parts.training, chosen, given, self.free)
-        return _Model(chosen, fit, self.parts, self.free, self.motions_of)
+        return self._with(with_one_more(self.fit, self.parts.training, effect, values, self.free))
+
+    def with_one_of(self, effects: Sequence[Effect]) -> list[_Model]:
+        """The same with one of several effects more, begun where each takes most."""
+        return [self._with(fit) for fit in with_one_of(self.fit, self.parts.training, effects, self.free)]
+
+    def _with(self, fit: JointFit) -> _Model:
+        return _Model(fit.model.effects.chosen, fit, self.parts, self.free, self.motions_of)
 
     def has_the_effects_of(self, other: JointFit) -> bool:
         """Whether it has the same effects, in whatever order."""

@@ -199,9 +199,13 @@ def test_a_model_that_has_been_found_is_begun_at(monkeypatch, given):
     found = extend(campaign, (), [gas]).fit if given else None
     monkeypatch.setattr(
         module,
-        "one_more",
-        lambda before, records, chosen, *_: module.fitted(
-            records, chosen, {FIRST: gas.neutral}, start=before, free={FIRST: [False] * len(gas.parameters)}
+        "with_one_more",
+        lambda before, records, effect, *_: module.fitted(
+            records,
+            (effect,),
+            {FIRST: gas.neutral},
+            start=before,
+            free={FIRST: [False] * len(gas.parameters)},
         ),
     )
     begun = extend(campaign, (), [gas], begin=found)

@@ -130,21 +130,33 @@ def without_temperature(fit: JointFit) -> Array:
 
 
 def grown_by(fit: JointFit, effect: Effect, values: Vector | None = None) -> JointFit:
-    """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most.
+    """A fit with one more effect, begun at given values (SI) or where a look finds that it takes most."""
+    tangent = _settled_tangent(fit, alike=values is None)
+    screen = Screen(tangent)
+    return grown(tangent, _most(screen, effect) if values is None else screen.at(effect, values))
 
-    All records count alike in the look: those that fit badly without it are those that show it.
+
+def grown_by_each(fit: JointFit, effects: Sequence[Effect]) -> list[JointFit]:
+    """Fits with one more effect each, begun where a look finds that it takes most."""
+    tangent = _settled_tangent(fit, alike=True)
+    screen = Screen(tangent)
+    return [grown(tangent, _most(screen, effect)) for effect in effects]
+
+
+def _settled_tangent(fit: JointFit, *, alike: bool) -> Tangent:
+    """The tangent of a model held to lags; alike: at weights by which all records count alike.
+
+    Those that fit badly without an effect are those that show it.
     """
     model = replace(fit.model, minimum_phase=True)
     model.weigh_as(fit.model)
-    if values is None and np.ptp(model.noise_n) > 0.0:
+    if alike and np.ptp(model.noise_n) > 0.0:
         model.reweigh(fit.theta)
     penalties = weighed_as(fit.penalties, model.penalties())
     lag = model.fit(fit.theta, penalties=penalties, rounds=1, iterations=ITERATIONS, tolerance=TOLERANCE)
-    tangent = Tangent.of(lag)
-    screen = Screen(tangent)
-    if values is None:
-        _, start = max(screen.glance(effect), key=lambda one: one[0])
-        look = screen.climb(effect, start)
-    else:
-        look = screen.at(effect, values)
-    return grown(tangent, look)
+    return Tangent.of(lag)
+
+
+def _most(screen: Screen, effect: Effect) -> Look:
+    _, start = max(screen.glance(effect), key=lambda one: one[0])
+    return screen.climb(effect, start)

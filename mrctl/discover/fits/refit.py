@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.folds import covered
-from mrctl.discover.fits.grow import grown_by
+from mrctl.discover.fits.grow import grown_by, grown_by_each
 from mrctl.discover.fits.settle import WORTH_FREEING
 from mrctl.discover.fits.trusting import as_plain
 from mrctl.discover.noise.noise_floor import noise_floor, pooled_floor
@@ -159,16 +159,29 @@ def _with_own_delay(fit: JointFit, free: NDArray[np.bool_]) -> JointFit:
     return model.fit(late.theta, penalties=late.penalties, free=free, rounds=3, iterations=12)
 
 
-def one_more(
+def with_one_more(
     before: JointFit,
     records: Sequence[Record],
-    chosen: Sequence[Effect],
-    values: Mapping[str, Vector],
+    effect: Effect,
+    values: Vector | None = None,
     free: Mapping[str, Sequence[bool]] | None = None,
 ) -> JointFit:
-    """The fit of the records with one more effect, the last of the chosen, begun at its value."""
-    begin = grown_by(before, chosen[-1], values.get(chosen[-1].name))
-    return fitted(records, chosen, begin.effect_values, start=begin, free=free)
+    """The fit of the records with one more effect, begun at its values (SI) or where it takes most."""
+    return _whole(grown_by(before, effect, values), records, free)
+
+
+def with_one_of(
+    before: JointFit,
+    records: Sequence[Record],
+    effects: Sequence[Effect],
+    free: Mapping[str, Sequence[bool]] | None = None,
+) -> list[JointFit]:
+    """The fits of the records with one of several effects more, begun where each takes most."""
+    return [_whole(one, records, free) for one in grown_by_each(before, effects)]
+
+
+def _whole(begun: JointFit, records: Sequence[Record], free: Mapping[str, Sequence[bool]] | None) -> JointFit:
+    return fitted(records, begun.model.effects.chosen, begun.effect_values, start=begun, free=free)
 
 
 def error_on(

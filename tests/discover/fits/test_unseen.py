@@ -2,7 +2,7 @@
 
 from hidden import one_frequency, rich
 
-from mrctl.discover.fits.refit import fitted, one_more
+from mrctl.discover.fits.refit import fitted, with_one_more
 from mrctl.discover.fits.unseen import MOST_PARTS, Unseen, motion_parts
 from mrctl.identify.records import records_of
 from mrctl.model.effects.registry import effects
@@ -33,7 +33,7 @@ def test_a_true_effect_foretells_motions_that_it_was_not_fitted_to():
     records = records_of([r for r in runs if "Hz_0A" in r.name or "Hz_3A" in r.name])
     spring = effects()["gas_spring"]
     fit = fitted(records, (), {})
-    sprung = one_more(fit, records, (spring,), {"gas_spring": (*SPRING.values(), 0.0)})
+    sprung = with_one_more(fit, records, spring, (*SPRING.values(), 0.0))
     plain, with_spring = (Unseen.of(one, records, records) for one in (fit, sprung))
     assert with_spring.level < plain.level - 0.5
     assert len(plain.errors_n) == 3
