@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each start, before the best goes on
 TOLERANCE = 1e-4  # share of the cost that another step must win
-LOST = 1  # iterations on all data, from where few data have shown that nothing comes of it
+LOST = 2  # iterations on all data, from where few data have shown that nothing comes of it
 CLOSE = 0.7  # of the best fit's log-likelihood ratio, that another one's must come near
 
 
@@ -49,8 +49,8 @@ def raced(
     if few is not None:
         ended = heat(begin, iterations=iterations, tolerance=TOLERANCE, passing=True, known=few)
         begin = min(begin, ended.theta, key=cost)
-        if ended.total > few:
-            return fitted(begin, iterations=LOST, tolerance=TOLERANCE)
+        if ended.total > few:  # from where it is no worse than without it, if from anywhere
+            return fitted(min((*starts, begin), key=cost), iterations=LOST, tolerance=TOLERANCE)
     fit = pursued(fitted, begin, iterations, known)
     costs = [(cost(theta), theta) for theta in (*starts, *(one.theta for one in heats if one is not best))]
     least, there = min(costs, key=lambda one: one[0])

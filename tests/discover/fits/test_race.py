@@ -66,8 +66,9 @@ def test_what_a_few_data_show_to_come_to_nothing_is_not_gone_on_with_on_all(few,
         return SimpleNamespace(theta=theta, total=100.0, solution=going)
 
     done = SimpleNamespace(converged=True, last_gain=0.0)
-    raced([A], heat, fitted, lambda _: 100.0, 20, few=few)
-    assert asked_for == asked
+    fit = raced([A, B], heat, fitted, lambda theta: 100.0 - theta[0], 20, few=few)
+    assert asked_for[: len(asked)] == asked
+    assert np.array_equal(fit.theta, B if asked == [LOST] else A)
     assert known_of[-1] == few
 
 
