@@ -44,7 +44,8 @@ def base_fit(
     fit = fitted(theta)
     if start is not None:  # the fit that all rests on: in no worse valley than plain lags lead to
         lags = with_plain_lag(model, fit.theta), with_lag_of_two(model, fit.theta)
-        fit = min(fit, *in_processes(fitted, lags, [model]), key=lambda one: one.total)
+        others = in_processes(partial(fitted, known=fit.total), lags, [model])
+        fit = min(fit, *others, key=lambda one: one.total)
     return fit
 
 
