@@ -362,6 +362,7 @@ class JointModel:
         same = hysteresis.paired(theta[part])
         if np.all((lower[part] <= same) & (same <= upper[part])):  # cut off at a bound it is another filter
             theta = np.concatenate([theta[: part.start], same, theta[part.stop :]])
+        before = self.settling_s  # an earlier fit's, whose model this may be
         for number in range(rounds):
             if number:
                 self.reweigh(theta, each=True)
@@ -390,4 +391,6 @@ class JointModel:
                 on_round(number + 1, rounds)
         if solution is None:
             raise ValueError("a fit takes at least one round")
-        return JointFit(self._as_fitted(), solution, list(penalties))
+        done = JointFit(self._as_fitted(), solution, list(penalties))
+        self.settling_s = before
+        return done
