@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +15,7 @@ from mrctl.model.static import StaticTables
 from mrctl.simulate import Trace, loops, stages
 from mrctl.simulate.carried import carried, heard
 from mrctl.simulate.compiled import compiled
+from mrctl.simulate.joined_ways import joined
 from mrctl.simulate.step_slopes import StepSlopes, yield_chain, yield_slopes
 
 Array = NDArray[np.float64]
@@ -150,7 +150,7 @@ class Motion:
         loop = compiled(loops.way_slopes, step, f"{effect.name}_way")
         loop(p, self.by_v, self.by_x, given_m, self.lag_inside(self.filter), run.dt_s, by)
         acting = [[one.by for one in own] for own in self._acting if own]
-        by, first = heard(*carrying(by, first[:, :, None], acting), (0,))
+        by, first = heard(*joined(by, first[:, :, None], acting), (0,))
         return by, np.pad(first, ((0, 0), (0, 0), (0, 1)))  # the static force moves none of them
 
     @property
@@ -166,46 +166,3 @@ def as_arrays(lag: Coefficients) -> tuple[Array, Array]:
     """A filter's numerator (4) and denominator (4)."""
     b0, b1, b2, b3, *a = lag
     return np.array([b0, b1, b2, b3]), np.array([1.0, *a])
-
-
-def carrying(way: Array, first: Array, acting: Sequence[Sequence[Array]]) -> tuple[Array, Array]:
-    """The way of a motion that gives way to what acts beside the static force too, and its first states.
-
-    way (n, 2 + k, 1 + k): how the piston's velocity, displacement and k states move with a force and the
-    states; first (m, k, 1): the first ones; acting: groups, and of each how its forces beside it (n, 1 + j,
-    2 + j) and their j states move with that velocity, displacement and the states, which come behind the k.
-    Behind velocity and displacement comes each group's force.
-    """
-    own, groups = way.shape[2], len(acting)
-    forces = [one for group in acting for one in group]
-    if not forces:
-        return way, first
-    states = own - 1 + sum(one.shape[2] - 2 for one in forces)
-    total = np.sum([one[:, 0, :2] for one in forces], axis=0)
-    by_v, by_x = np.maximum(total[:, 0], 0.0), total[:, 1]
-    # The whole force, of which these make a part by the motion that it makes.
-    whole = np.zeros((way.shape[0], 1 + states))
-    whole[:, 0] = 1.0
-    whole[:, 1:own] = by_v[:, None] * way[:, 0, 1:] + by_x[:, None] * way[:, 1, 1:]
-    out = np.zeros((way.shape[0], 2 + groups + states, 1 + states))
-    motion, sums, after = out[:, :2], out[:, 2 : 2 + groups], out[:, 2 + groups :]
-    at = own
-    for one in forces:
-        there = slice(at, at + one.shape[2] - 2)
-        whole[:, there] = one[:, 0, 2:]
-        after[:, there.start - 1 : there.stop - 1, there] = one[:, 1:, 2:]
-        at = there.stop
-    whole /= (1.0 - by_v * way[:, 0, 0] - by_x * way[:, 1, 0])[:, None]
-    for part, ways in ((motion, way[:, :2]), (after[:, : own - 1], way[:, 2:])):
-        part[:] = ways[:, :, :1] * whole[:, None, :]
-        part[:, :, 1:own] += ways[:, :, 1:]
-    at = own
-    for number, group in enumerate(acting):
-        for one in group:
-            there = slice(at, at + one.shape[2] - 2)
-            for by in (0, 1):  # velocity, displacement
-                after[:, there.start - 1 : there.stop - 1] += one[:, 1:, by, None] * motion[:, by, None]
-                sums[:, number] += one[:, 0, by, None] * motion[:, by]
-            sums[:, number, there] += one[:, 0, 2:]
-            at = there.stop
-    return out, np.pad(first, ((0, 0), (0, states - own + 1), (0, 0)))
