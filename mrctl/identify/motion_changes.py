@@ -43,12 +43,12 @@ def changes_of(motion: Motion, effects: Effects, theta: Array, asked: Iterable[i
     """
     _, upper = effects.bounds()
     values = effects.unpack(theta)
-    moves, _, _ = motion.giving_way
+    gives, _, _ = motion.giving_way
     found = []
     for k in asked:
         effect, _ = effects.parameters[k]
         if effect.stage is Stage.MOTION:
-            if effect is not moves or values[effect.name][0] <= 0.0:
+            if effect is not gives or values[effect.name][0] <= 0.0:  # what does not give way bears any force
                 continue
         elif effect.stage not in (Stage.FACTOR, Stage.ADDITIVE, Stage.ROD) or not effect.felt:
             continue

@@ -247,7 +247,7 @@ class GivesWay(NamedTuple):
     is the lag of the force that it hangs on, which `step` is given, from that of the effect's step.
     `bears(p, s, before_m, given_m, given_m_s, dt_s)` is the force in N that it hangs on: given_m and
     given_m_s by how much less than the rod the piston has moved and moves, before_m the one a sample ago, `s`
-    as in the effect's step and 0 at first.
+    as in the effect's step and 0 at first. The effect's first parameter says how far it gives way, 0 if not.
     """
 
     step: Step
