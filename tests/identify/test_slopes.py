@@ -35,6 +35,8 @@ def model():
         ("mount_compliance",),
         ("mount_compliance", "coulomb_friction"),
         ("mount_compliance", "gas_spring", "rebound_asymmetry", "sensor_delay"),
+        ("mount_compliance", "quadratic_damping", "force_offset", "cavitation"),
+        ("mount_compliance", "viscous_damping", "off_state_backbone", "self_heating", "current_lag"),
         ("preyield_stiffness",),
         ("mount_compliance", "preyield_stiffness"),
         ("mount_compliance", "preyield_stiffness", "stroke_dependent_damping", "gas_spring", "end_stop"),
