@@ -62,11 +62,11 @@ class Behind:
         of what pulls at the rod, None where nothing moves it.
         """
         here = self.here
-        v, x = self.mean(here.velocity_m_s), self.mean(here.displacement_m)
         if before is not None:
-            rest = here.temperature_c, here.yielded_n, here.level_n
-            warm, yielded, level = (self.mean(signal) for signal in rest)
-            signals = self.mean(here.sum_n), v, x, warm, yielded, level
+            motion = here.velocity_m_s, here.displacement_m
+            all_signals = here.sum_n, *motion, here.temperature_c, here.yielded_n, here.level_n
+            force, v, x, warm, yielded, level = (self.mean(signal) for signal in all_signals)
+            signals = force, v, x, warm, yielded, level
             chosen = self.settings[Stage.LIMIT]
             rows = limit_slopes(chosen, signals, self.tables, self.dt_s, self.starts, rows, before)
         if rod is not None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mrctl.identify import filtering
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.motion_slopes import SLOPE_STEP, Motion, as_arrays
+from mrctl.identify.motion_slopes import SLOPE_STEP, Motion, as_arrays, away
 from mrctl.model.beside import ALONE, preload
 from mrctl.model.effects.base import Effect, Stage, Vector
 from mrctl.simulate import loops, stages
@@ -52,7 +52,7 @@ def changes_of(motion: Motion, effects: Effects, theta: Array, asked: Iterable[i
                 continue
         elif effect.stage not in (Stage.FACTOR, Stage.ADDITIVE, Stage.ROD) or not effect.felt:
             continue
-        small = SLOPE_STEP if theta[k] + SLOPE_STEP <= upper[k] else -SLOPE_STEP
+        small = away(theta[k], upper[k])
         if effect.stage is Stage.MOTION and theta[k] > 0.0:
             small = float(np.copysign(min(SLOPE_STEP, NEAR * theta[k]), small))
         there = theta.copy()

@@ -162,6 +162,11 @@ class Motion:
         return effect, p, effect.gives_way
 
 
+def away(value: float, upper: float) -> float:
+    """The step of a parameter by which its slope is taken: up, where its bound leaves room."""
+    return SLOPE_STEP if value + SLOPE_STEP <= upper else -SLOPE_STEP
+
+
 def as_arrays(lag: Coefficients) -> tuple[Array, Array]:
     """A filter's numerator (4) and denominator (4)."""
     b0, b1, b2, b3, *a = lag

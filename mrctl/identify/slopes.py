@@ -18,7 +18,7 @@ from mrctl.identify.bent import bent
 from mrctl.identify.effects_fit import Dampers, Effects
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.motion_changes import changes_of
-from mrctl.identify.motion_slopes import SLOPE_STEP, Motion
+from mrctl.identify.motion_slopes import SLOPE_STEP, Motion, away
 from mrctl.model.effects.base import Settings, Stage
 from mrctl.simulate import Run, Trace
 
@@ -74,7 +74,7 @@ def linearise(
         behind.filtered(t.filter, slopes.static)
         slopes.add_filter(t, rate, here.yielded_n, here.filtered_n, run.starts)
         if not by_differences:
-            slopes.values[:] = behind.limited_and_measured(slopes.values, before)
+            slopes = slopes.of(behind.limited_and_measured(slopes.values, before))
     rows = slopes.in_blocks(factor // inner, effects.size, picked=picked)
     own = rows.index.size
     if by_differences:
@@ -123,7 +123,7 @@ def _own_slopes(
     """Differences of the force by the parameters asked for, away from the nearer bound, into `rows`."""
     _, upper = effects.bounds()
     for k in asked:
-        small = SLOPE_STEP if theta[k] + SLOPE_STEP <= upper[k] else -SLOPE_STEP
+        small = away(theta[k], upper[k])
         moved = theta.copy()
         moved[k] += small
         there = dampers.traced(run, effects.settings(moved), here)
