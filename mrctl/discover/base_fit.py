@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from mrctl.discover.channels.step_times import trusted
-from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, promised
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, TOLERANCE, heats_of
 from mrctl.discover.fits.trusting import as_plain, fitted_trusting
 from mrctl.identify.best import fit_base
 from mrctl.identify.effects_fit import Effects
@@ -88,8 +88,8 @@ def fitted_to(
     if not others:
         return here
     begins = [model.pack(fit.tables, {**fit.effect_values, **values}) for values in others]
-    heats = [fitted(one, iterations=HEAT, tolerance=HEAT_TOLERANCE, passing=True) for one in begins]
+    heats = heats_of(partial(fitted, iterations=HEAT, tolerance=HEAT_TOLERANCE, passing=True), begins)
     best = here
-    for heat in sorted(heats, key=promised)[:MOST_PROMISING]:
+    for heat in sorted(heats, key=lambda one: one.promised)[:MOST_PROMISING]:
         best = min(best, fitted(heat.theta, known=best.total), key=lambda one: one.total)
     return best

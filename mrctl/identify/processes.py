@@ -33,17 +33,20 @@ def in_processes(function: Callable[[T], S], over: Iterable[T], had: Iterable[ob
 
     had: objects that results refer to and that are not to be copied, as records, or cannot be pickled, as
     a plug-in's effects. What a copy did not do, since it failed or was ended, is done here, and raises here.
-    Where there can be no copies, which is on other systems than Linux and from other threads than the main
-    one, it is `in_parallel`.
+    Who finds nothing left to do leaves its processors to the others. Where there can be no copies, which is
+    on other systems than Linux and from other threads than the main one, it is one after another: what works
+    in processes of its own need not get along with its like in threads.
     """
     todo, common = list(over), tuple(had)
-    count = min(parallel.workers(), len(todo), MOST)
-    if count < 2 or sys.platform != "linux" or threading.current_thread() is not threading.main_thread():
-        return parallel.in_parallel(function, todo)
-    with parallel.shared_by(count), _turns(len(todo)) as turns:
-        work = partial(_work, function, todo, turns, common)
+    able = sys.platform == "linux" and threading.current_thread() is threading.main_thread()
+    count = min(parallel.workers(len(todo)), len(todo), MOST) if able and len(todo) > 1 else 1
+    if count < 2:
+        return [function(one) for one in todo]
+    with parallel.shared_by(count) as leave, _turns(len(todo)) as turns:
+        work = partial(_work, function, todo, turns, leave, common)
         with _copies(work, count - 1) as sources:
             found = {place: function(todo[place]) for place in turns}
+            leave()
             for source in sources:
                 found |= _received(source, common)
     return [found[place] if place in found else function(one) for place, one in enumerate(todo)]
@@ -85,6 +88,7 @@ def _work(
     function: Callable[[T], S],
     todo: Sequence[T],
     turns: Iterator[int],
+    leave: Callable[[], None],
     had: Sequence[object],
     sink: Connection,
 ) -> None:
@@ -95,6 +99,7 @@ def _work(
     try:
         parallel.begin_anew()
         found = [(place, function(todo[place])) for place in turns]
+        leave()
         for result in found:
             sink.send_bytes(_pickled(result, had))
     finally:

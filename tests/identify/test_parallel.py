@@ -11,9 +11,8 @@ from mrctl.identify.parallel import in_parallel
 
 @pytest.fixture(autouse=True)
 def two_processors(monkeypatch):
-    monkeypatch.setattr(parallel, "workers", lambda: 2)
     crew = parallel._Crew(2)
-    monkeypatch.setattr(parallel, "_crew", lambda: crew)
+    monkeypatch.setattr(parallel, "_here", crew)
     return crew
 
 
@@ -22,7 +21,7 @@ def test_results_come_in_the_order_of_what_was_asked():
 
 
 def test_one_processor_works_one_by_one(monkeypatch):
-    monkeypatch.setattr(parallel, "workers", lambda: 1)
+    monkeypatch.setattr(parallel, "_here", parallel._Crew(1))
     assert set(in_parallel(lambda _: threading.get_ident(), range(4))) == {threading.get_ident()}
 
 

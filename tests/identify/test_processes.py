@@ -14,7 +14,7 @@ from mrctl.identify.processes import in_processes
 
 @pytest.fixture(autouse=True)
 def three_processors(monkeypatch):
-    monkeypatch.setattr(parallel, "_processors", lambda: 3)
+    monkeypatch.setattr(parallel, "_here", parallel._Crew(3))
     yield
     assert not multiprocessing.active_children()
 
@@ -91,7 +91,7 @@ def test_an_interrupt_ends_the_copies_and_is_not_lost(capfd):
 
 
 def test_the_processors_are_shared_and_work_within_a_copy_gets_along_without_its_parents_threads(monkeypatch):
-    monkeypatch.setattr(parallel, "_processors", lambda: 4)
+    monkeypatch.setattr(parallel, "_here", parallel._Crew(4))
     parallel.in_parallel(slowly, range(8))  # so that there are threads that a copy has not
 
     def shares(k):
@@ -101,11 +101,36 @@ def test_the_processors_are_shared_and_work_within_a_copy_gets_along_without_its
     assert parallel.workers() == 4
 
 
+def test_who_has_nothing_left_to_do_leaves_its_processors_to_those_that_have():
+    """Two do nothing; the third one's work within, in threads or processes, then goes on with all three."""
+
+    def within(k):
+        if k < 2:
+            return k
+        time.sleep(0.2)  # by now the others are done
+        threads = parallel.in_parallel(lambda n: slowly(n) and threading.get_ident(), range(9))
+        return len(set(threads)), parallel.workers(), {pid for _, pid in in_processes(slowly, range(9))}
+
+    *_, (threads, workers, pids) = in_processes(within, range(3))
+    assert (threads, workers, len(pids)) == (3, 3, 3)
+    assert parallel.workers() == 3
+
+
+def test_nobody_takes_processors_along_that_are_busy():
+    def within(k):
+        time.sleep(0.05 if k else 0.3)
+        return parallel.workers(most=9), len(set(parallel.in_parallel(lambda _: slowly(k)[1], range(4))))
+
+    first, *rest = in_processes(within, range(3))
+    assert first == (3, 1)  # by then the others were done
+    assert all(workers < 3 for workers, _ in rest)
+
+
 @pytest.mark.parametrize("why", ["one processor", "one thing to do", "another thread", "another system"])
 def test_without_copies_it_is_done_here(monkeypatch, why):
     things, found = range(1 if why == "one thing to do" else 4), []
     if why == "one processor":
-        monkeypatch.setattr(parallel, "_processors", lambda: 1)
+        monkeypatch.setattr(parallel, "_here", parallel._Crew(1))
     if why == "another system":
         monkeypatch.setattr("sys.platform", "darwin")
 

@@ -7,17 +7,19 @@ fit that begins with them stays there. On few knots and few records there is but
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, heats_of
 from mrctl.discover.fits.screen import ranges_of
 from mrctl.identify import hysteresis
 from mrctl.identify.best import ROUGH_KNOTS, coarser, few, moved
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.joint import JointModel
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.processes import in_processes
 from mrctl.identify.records import Record
 from mrctl.identify.start import layout_for, start_values
 from mrctl.model.effects.base import Effect, Vector
@@ -38,10 +40,9 @@ def best_anew(fit: JointFit, effect: Effect, heat: Callable[..., JointFit]) -> l
     heat: as `JointModel.fit` of the model with the effect, on a few records.
     """
     needed = np.concatenate([fit.moving, effect.needed])
-    heats = [
-        heat(theta, free=needed, iterations=2 * HEAT, tolerance=HEAT_TOLERANCE, passing=True)
-        for theta in begun_anew(fit, effect, effect.starting_points(ranges_of(fit.model.records)))
-    ]
+    begun = begun_anew(fit, effect, effect.starting_points(ranges_of(fit.model.records)))
+    further = partial(heat, free=needed, iterations=2 * HEAT, tolerance=HEAT_TOLERANCE, passing=True)
+    heats = heats_of(further, begun)
     return [one.theta for one in sorted(heats, key=lambda one: one.total)[:MOST]]
 
 
@@ -97,4 +98,4 @@ def begun_anew(fit: JointFit, effect: Effect, points: Sequence[Vector]) -> list[
         there = plain.layout.pack(moved(layout.unpack(theta[: layout.size]), layout, plain.layout))
         return np.concatenate([there, theta[layout.size :]])
 
-    return [begun(point) for point in points]
+    return in_processes(begun, points)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.processes import in_processes
 
 Array = NDArray[np.float64]
 
@@ -16,6 +18,35 @@ HEAT, HEAT_TOLERANCE = 4, 1e-2  # iterations from each start, before the best go
 TOLERANCE = 1e-4  # share of the cost that another step must win
 LOST = 2  # iterations on all data, from where few data have shown that nothing comes of it
 CLOSE = 0.7  # of the best fit's log-likelihood ratio, that another one's must come near
+
+
+@dataclass(frozen=True)
+class Heat:
+    """Where a few iterations lead, its total cost, and what that may become should they go on as they did."""
+
+    theta: Array
+    total: float
+    promised: float
+
+    @classmethod
+    def of(cls, fit: JointFit) -> Heat:
+        """A fit that has come to an end promises no more."""
+        more = 0.0 if fit.solution.converged else fit.solution.last_gain
+        return cls(fit.theta, fit.total, fit.total - more)
+
+
+def heats_of(heat: Callable[[Array], JointFit], starts: Sequence[Array]) -> list[Heat]:
+    """A few iterations from each start, side by side."""
+    return in_processes(lambda start: Heat.of(heat(start)), starts)
+
+
+def heated_on(
+    heat: Callable[[Array], JointFit], heats: Sequence[Heat], worth: Callable[[Heat], bool]
+) -> list[Heat]:
+    """A few iterations more of those that are worth it, the others as they were."""
+    going = [k for k, one in enumerate(heats) if worth(one)]
+    further = dict(zip(going, heats_of(heat, [heats[k].theta for k in going]), strict=True))
+    return [further.get(k, one) for k, one in enumerate(heats)]
 
 
 def near_cost(none: float, best: float) -> float:
@@ -60,21 +91,17 @@ def raced(
     return min(fit, other, key=lambda one: one.total)
 
 
-def _heated(starts: Sequence[Array], heat: Callable[[Array], JointFit], more: int) -> list[JointFit]:
+def _heated(starts: Sequence[Array], heat: Callable[[Array], JointFit], more: int) -> list[Heat]:
     """A few iterations from each start, and more where as much gain again would make it the best one."""
-    heats = [heat(one) for one in starts]
+    heats = heats_of(heat, starts)
     for _ in range(more):
         least = min(one.total for one in heats)
-        going = [promised(one) < least for one in heats]
-        if not any(going):
-            break
-        heats = [heat(one.theta) if on else one for one, on in zip(heats, going, strict=True)]
+        heats = heated_on(heat, heats, partial(_may_reach, least))
     return heats
 
 
-def promised(one: JointFit) -> float:
-    """The total cost of a fit, should it go on as it did last, where it has not come to an end."""
-    return one.total - (0.0 if one.solution.converged else one.solution.last_gain)
+def _may_reach(total: float, one: Heat) -> bool:
+    return one.promised < total
 
 
 def pursued(fitted: Callable[..., JointFit], theta: Array, iterations: int, known: float) -> JointFit:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.fits.grow import without_temperature
-from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, promised, pursued
+from mrctl.discover.fits.race import HEAT, HEAT_TOLERANCE, heated_on, heats_of, pursued
 from mrctl.discover.fits.sample import as_all_say
 from mrctl.discover.fits.screen import Look, Screen
 from mrctl.identify.effects_fit import Effects
@@ -79,12 +79,12 @@ def promises(screen: Screen, effect: Effect, points: Sequence[Vector]) -> list[P
     starts = _unlike(starts, model.cost, lambda cost: SAME * cost)
     if warm or effect.stage in _KNOWN_FORCE:  # the base settles beside it first
         settle = _heat(fit, few, effect, hold, beside=True)
-        starts = [settle(start).theta for start in starts]
+        starts = [one.theta for one in heats_of(settle, starts)]
     # A few records are fitted better by any model than all are.
     least = screen.tangent.glance(effect).left_alone
-    heats = [heat(start) for start in starts]
+    heats = heats_of(heat, starts)
     for _ in range(MORE_HEATS):
-        heats = [heat(one.theta) if promised(one) < least < one.total else one for one in heats]
+        heats = heated_on(heat, heats, lambda one: one.promised < least < one.total)
     ends = _unlike(heats, lambda one: one.total, lambda _: SAME_END)
     return [Promise(effect, one.theta, 2.0 * fit.total * (least - one.total) / least) for one in ends]
 

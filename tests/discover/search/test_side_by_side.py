@@ -28,7 +28,7 @@ def test_one_process_and_three_find_the_same(monkeypatch, candidates):
     ]
 
     def found(processors):
-        monkeypatch.setattr(parallel, "_processors", lambda: processors)
+        monkeypatch.setattr(parallel, "_here", parallel._Crew(processors))
         evidence = Evidence.of(campaign(*runs))
         base = evidence.base()
         return base, search_level(base, candidates, evidence.folds)
