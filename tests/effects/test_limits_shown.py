@@ -23,7 +23,7 @@ DT_S = 1e-3
 @pytest.mark.parametrize(
     ("effect", "p", "at"),
     [
-        (stroke_dependent_damping, (-200.0, 0.0, 0.0, 0.0, 1.0), (0.1, 0.02, 0.0, 25.0)),
+        (stroke_dependent_damping, (-200.0, 0.0, 0.0, 0.0, 1.0, 1.0), (0.1, 0.02, 0.0, 25.0)),
         (rebound_asymmetry, (-0.9, -50.0, 0.0, 0.0, 1.0), (-0.1, 0.0, 1.0, 25.0)),
         (off_state_backbone, (-0.99, 0.0, 0.05, 0.4, 1.0, -0.9), (-1e-3, 0.0, 0.0, 25.0)),
     ],

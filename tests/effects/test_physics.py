@@ -206,15 +206,30 @@ def test_a_damping_that_lags_is_late_by_its_time_constant_and_no_smaller():
 def test_a_groove_off_the_middle_changes_the_damping_there_alone(flatness, halfway):
     """One with a flat middle leaves it as it is there, up to its edge."""
     step = effects()["stroke_dependent_damping"].step
-    p = (0.0, 0.4 * 1e4, 1e4, 0.02, flatness)  # 10 mm wide, at 20 mm
+    p = (0.0, 0.4 * 1e4, 1e4, 0.02, flatness, 1.0)  # 10 mm wide, at 20 mm
     factors = [step(p, [], 0.1, x, 1.0, 40.0, 0.001) for x in (0.02, 0.025, 0.03, -0.08)]
     assert factors == pytest.approx([1.0, halfway, 1.2, 1.4], abs=0.01)
+
+
+def test_a_groove_ends_as_its_tail_says():
+    """As exp(-w) without one; 0.02 of it is a hundredth of w from that, and 1 is w / (1 + w)."""
+    step, x_m = effects()["stroke_dependent_damping"].step, np.linspace(-0.03, 0.03, 61)
+    w = (x_m / 0.01) ** 4
+    for tail, levelled, off in (
+        (0.0, -np.expm1(-w), 1e-9),
+        (0.02, -np.expm1(-w), 3e-3),
+        (1.0, w / (1 + w), 1e-9),
+    ):
+        p = (0.0, 0.4 * 1e4, 1e4, 0.0, 2.0, tail)
+        factors = np.array([step(p, [], 0.1, x, 1.0, 40.0, 0.001) for x in x_m])
+        assert np.max(np.abs(factors - 1.0 - 0.4 * levelled)) <= off
+        assert tail in (0.0, 1.0) or not np.allclose(factors - 1.0, 0.4 * levelled, atol=1e-4)
 
 
 def test_a_taper_that_does_not_level_off_is_of_second_order_whatever_its_flatness():
     step = effects()["stroke_dependent_damping"].step
     for flatness in (1.0, 3.0):
-        p = (3.0, 200.0, 0.0, 0.0, flatness)
+        p = (3.0, 200.0, 0.0, 0.0, flatness, 0.3)
         assert step(p, [], 0.1, -0.02, 1.0, 40.0, 0.001) == pytest.approx(1.0 - 0.06 + 0.08)
 
 

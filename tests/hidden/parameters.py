@@ -135,7 +135,7 @@ def _cavitation(p, case):
 
 
 def _stroke(p, case):
-    names = ("slope_per_m", "curvature_per_m2", "levelling_per_m2", "centre_m", "flatness")
+    names = ("slope_per_m", "curvature_per_m2", "levelling_per_m2", "centre_m", "flatness", "tail")
     if p["ST"] != 1:
         return dict.fromkeys(names, f"{FORM}: {'tanh taper' if p['ST'] == 2 else 'bypass groove'}")
     if not case["sensors"]["has_displacement"]:
@@ -143,7 +143,8 @@ def _stroke(p, case):
     bend = p["SA"] / p["SX"] ** 2
     middle = 1.0 + bend * p["SX0"] ** 2  # the factor at x = 0, which f takes
     straight = -2.0 * bend * p["SX0"] / middle
-    return dict(zip(names, (straight, bend / middle, 0.0, 0.0, 1.0), strict=True))
+    level = "it does not level off, so has no tail"
+    return dict(zip(names, (straight, bend / middle, 0.0, 0.0, 1.0, level), strict=True))
 
 
 def _preyield(p, case):

@@ -9,6 +9,8 @@ from collections.abc import MutableSequence, Sequence
 from mrctl.model.effects.base import Effect, Parameter, Ranges, Stage, Undo, Vector
 
 SMALLEST_FACTOR = 0.05
+ABRUPT = 1e-6  # a tail below which it is as good as none
+USUAL_TAIL = 0.3  # of a taper like tanh, between a groove's like exp(-x^2) and one like 1 / (1 + x^2)
 
 
 def step(
@@ -23,17 +25,25 @@ def step(
     """The factor on the static force."""
     y = displacement_m - p[3]
     if p[2] > 0.0:
-        share = math.pow(p[2] * y * y, p[4])
-        y = math.copysign(math.sqrt(share / (1.0 + share) / p[2]), y)
+        y = math.copysign(math.sqrt(levelled(math.pow(p[2] * y * y, p[4]), p[5]) / p[2]), y)
     return max(1.0 + y * (p[0] + p[1] * y), SMALLEST_FACTOR)
+
+
+def levelled(w: float, tail: float) -> float:
+    """How much of the change is there, 0 to 1: w for a small w, and the sooner 1 the less of a tail."""
+    if tail <= ABRUPT:
+        return 1.0 - math.exp(-w)
+    if tail == 1.0:
+        return w / (1.0 + w)
+    return 1.0 - math.pow(1.0 + tail * w, -1.0 / tail)
 
 
 def _guesses(ranges: Ranges) -> list[Vector]:
     reach = max(ranges.displacement_m, 1e-3)
     local = 0.5 / reach**2, 10.0 / reach**2
     return [
-        (0.05 / reach, 0.1 / reach**2, 0.0, 0.0, 1.0),
-        *((0.05 / reach, *local, centre * reach, 1.0) for centre in (0.0, -0.4, 0.4)),
+        (0.05 / reach, 0.1 / reach**2, 0.0, 0.0, 1.0, USUAL_TAIL),
+        *((0.05 / reach, *local, centre * reach, 1.0, USUAL_TAIL) for centre in (0.0, -0.4, 0.4)),
     ]
 
 
@@ -43,13 +53,14 @@ EFFECT = Effect(
     summary="Damping changes along the stroke: bypass grooves, a tapered bore, a metering pin.",
     equation=(
         f"factor = 1 + slope y + curvature y^2, at least {SMALLEST_FACTOR:g}; "
-        "y^2 = w/(1 + w) / levelling with the sign of x - centre, "
+        "y^2 = (1 - (1 + tail w)^(-1/tail)) / levelling with the sign of x - centre, "
         "w = (levelling (x - centre)^2)^flatness; without levelling y = x - centre"
     ),
     source=(
         "Position-dependent (bypass) dampers, Dixon, The Shock Absorber Handbook: to second order in x, "
         "and level again beyond 1 / sqrt(levelling) from its middle, where the groove or taper ends. "
-        "A groove of one depth has a flat middle too."
+        "A groove of one depth has a flat middle too. The less of a tail, the sooner it is level: as "
+        "x^2 / (1 + x^2) with a tail of 1, as tanh^2 with about 0.3, as 1 - exp(-x^2) without."
     ),
     parameters=(
         Parameter("slope_per_m", "1/m", 0.0, -200.0, 200.0, 3.0, "change of damping a metre", linear=True),
@@ -79,6 +90,17 @@ EFFECT = Effect(
             1.0,
             "how flat the middle is, and how sharply the groove ends",
             0.5,
+            optional=True,
+        ),
+        Parameter(
+            "tail",
+            "1",
+            1.0,
+            0.0,
+            1.0,
+            1.0,
+            "how far the change goes on beyond the groove's or taper's end",
+            0.3,
             optional=True,
         ),
     ),
