@@ -64,6 +64,12 @@ def first_order(samples: float) -> Coefficients:
     return (1.0 / (1.0 + samples), 0.0, 0.0, 0.0, -samples / (1.0 + samples), 0.0, 0.0)
 
 
+def second_order(samples: float, split: float) -> Coefficients:
+    """Two such lags in a row that share so many samples: `split` of them the one, the rest the other."""
+    one, other = 1.0 / (1.0 + split * samples), 1.0 / (1.0 + (1.0 - split) * samples)
+    return (one * other, 0.0, 0.0, 0.0, one + other - 2.0, (1.0 - one) * (1.0 - other), 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Filter:
     """A discrete filter b(z)/a(z), both of four coefficients in falling powers of z, a[0] = 1."""

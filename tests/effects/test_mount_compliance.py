@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from mrctl.model.effects.registry import effects
-from mrctl.model.filters import plain_lag
+from mrctl.model.filters import first_order, plain_lag
 from mrctl.model.static import backbone_force, force_level
 from mrctl.simulate import Run, stages, trace
 
@@ -33,7 +33,7 @@ def test_mount_compliance_solves_its_differential_equation_at_every_rate_and_sti
     # By that share where the damper's force would bend a plain spring to.
     per_m2 = hardening * (stiffness_n_m / level) ** 2
     creep_s = 0.03
-    p = (1.0 / stiffness_n_m, damping, per_m2, 1.0, arm, creep_s)
+    p = (1.0 / stiffness_n_m, damping, per_m2, 1.0, arm, creep_s, 0.0)
     v1, x1 = stages.piston_motion([(mount, p)], v, np.zeros(t.size), current, warm, TABLES, NO_LAG, dt_s)
 
     # f h g(v1) + c v1 = k y (1 + hardening y^2) + c v + z: its left side increases with v1, knot by knot.
@@ -79,6 +79,36 @@ def test_the_part_of_the_lag_that_is_the_load_cells_does_not_bend_the_mount(shar
     assert -made.displacement_m / 5e-7 == pytest.approx(carried, abs=1e-6 * np.max(np.abs(carried)))
 
 
+def test_what_bends_the_mount_may_come_behind_two_lags():
+    t, v = signals(0.001)
+    run = Run.of(0.001, v, 1.5, 45.0, np.zeros(t.size))
+    mount = {"compliance_m_n": 5e-7, "damping_n_s_m": 0.0, "lag_split": 0.3}
+    made = trace(run, with_effects(make_damper(), mount_compliance=mount))
+    samples = 1.0 / plain_lag(make_damper().forward_filter.resampled(1000.0).coefficients)[0] - 1.0
+    carried = made.static_n
+    for share in (0.3, 0.7):
+        carried = stages.filtered(carried, first_order(share * samples), settled=True)
+    assert -made.displacement_m / 5e-7 == pytest.approx(carried, abs=1e-6 * np.max(np.abs(carried)))
+
+
+@pytest.mark.parametrize("damping_n_s_m", [0.0, 3e3])
+@pytest.mark.parametrize("dt_s", [0.0005, 0.002])
+def test_two_lags_leave_the_mount_at_rest_however_steep_the_damper_is(damping_n_s_m, dt_s):
+    """Three need not: what has come to rest would go on for ever, to and fro."""
+    t = np.arange(0.0, 4.0, dt_s)
+    v = np.where(t < 1.0, 0.2 * np.sin(20.0 * t), 0.0)
+    samples = 0.03 / dt_s
+    for stiffness_n_m, level in ((1e5, 10.0), (1e5, 100.0), (1e6, 100.0)):
+        mount = effects()["mount_compliance"], (1.0 / stiffness_n_m, damping_n_s_m, 0.0, 1.0, 0.0, 0.02, 0.5)
+        steep = TABLES._replace(force_n=tuple(level * x for x in TABLES.force_n))
+        _, x1 = stages.piston_motion(
+            [mount], v, np.zeros(t.size), np.full(t.size, 1.5), np.full(t.size, 45.0), steep,
+            first_order(samples), dt_s,
+        )  # fmt: skip
+        last = x1[t > 2.0]  # by now it creeps back, and does nothing else
+        assert np.sum(np.abs(np.diff(last))) <= np.ptp(last) + 1e-6 * np.ptp(x1)
+
+
 @pytest.mark.parametrize(("dt_s", "stiffness_n_m"), [(0.0005, 5e5), (0.002, 2e6)])
 def test_the_mount_carries_all_that_the_piston_feels(dt_s, stiffness_n_m):
     t, v = signals(dt_s)
@@ -89,7 +119,7 @@ def test_the_mount_carries_all_that_the_piston_feels(dt_s, stiffness_n_m):
         (effects()["gas_spring"], (0.0, gas_n_m, 0.0, 0.0)),
         (effects()["coulomb_friction"], (friction_n, presliding_m, 0.0, 5e-3, 0.0, 0.0)),
     ]
-    mount = effects()["mount_compliance"], (1.0 / stiffness_n_m, 500.0, 0.0, 1.0, 0.0, 0.02)
+    mount = effects()["mount_compliance"], (1.0 / stiffness_n_m, 500.0, 0.0, 1.0, 0.0, 0.02, 0.0)
     bypass = replace(effects()["stroke_dependent_damping"], step=_softer, parameters=(_SOFTER,), start=None)
     current, warm = np.full(t.size, 0.5), np.full(t.size, 45.0)
     _, x1 = stages.piston_motion(
@@ -173,4 +203,7 @@ def test_a_mount_that_does_not_give_way_has_no_arm_either():
     """A fit may take the compliance to 0 while the arm is there."""
     rigid = effects()["mount_compliance"].gives_way.step
     state = [0.0] * 6
-    assert rigid((0.0, 1e3, 0.0, 1.0, 0.5, 0.02), state, 100.0, 1e3, 1e4, 0.0, NO_LAG, 1e-3) == (0.0, 0.0)
+    assert rigid((0.0, 1e3, 0.0, 1.0, 0.5, 0.02, 0.0), state, 100.0, 1e3, 1e4, 0.0, NO_LAG, 1e-3) == (
+        0.0,
+        0.0,
+    )

@@ -50,7 +50,9 @@ def test_slopes_are_what_a_small_step_does(model, names):
 
 
 def test_slopes_behind_a_mount_that_hardens_and_carries_part_of_the_lag_are_as_well(model):
-    _check(model, ("mount_compliance", "gas_spring"), {"mount_compliance": (1e-6, 1e3, 5e5, 0.4, 0.7, 0.02)})
+    _check(
+        model, ("mount_compliance", "gas_spring"), {"mount_compliance": (1e-6, 1e3, 5e5, 0.4, 0.7, 0.02, 0.3)}
+    )
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mrctl.model.effects.base import Effect, GivesWay, Parameter, Ranges, Stage, Undo, Vector
-from mrctl.model.filters import Coefficients, first_order, iir_step, settled_state
+from mrctl.model.filters import Coefficients, iir_step, second_order, settled_state
 from mrctl.model.static import StaticTables, backbone_force, force_level
 from mrctl.model.tables import interpolate
 
@@ -24,8 +24,11 @@ def softness(p: Sequence[float], bent_m: float) -> float:
 
 
 def inside(p: Sequence[float], lag: Coefficients) -> Coefficients:
-    """The lag of the force that the mount carries: the part of H's that is no load cell's."""
-    return first_order(p[3] * (1.0 / lag[0] - 1.0))
+    """The lag of the force that the mount carries: the part of H's that is no load cell's, as one or two.
+
+    Two are as far as it may go: behind three a loop closed around a damper and a spring need not be stable.
+    """
+    return second_order(p[3] * (1.0 / lag[0] - 1.0), p[6])
 
 
 def creeping(p: Sequence[float], dt_s: float) -> tuple[float, float]:
@@ -183,7 +186,11 @@ def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
 def _guesses(ranges: Ranges) -> list[Vector]:
     # Soft or stiff, much or little damped: a fit hardly finds its way from one to the other.
     return [
-        *((soft, damping, 0.0, 1.0, 0.0, ARM_S) for soft in (2e-7, 6e-7, 2e-6) for damping in (1e3, 5e3)),
+        *(
+            (soft, damping, 0.0, 1.0, 0.0, ARM_S, 0.0)
+            for soft in (2e-7, 6e-7, 2e-6)
+            for damping in (1e3, 5e3)
+        ),
         *_dashpot(ranges),
     ]
 
@@ -191,7 +198,7 @@ def _guesses(ranges: Ranges) -> list[Vector]:
 def _dashpot(ranges: Ranges) -> list[Vector]:
     """Hardly a spring: the force rises with the speed until the damper yields, whatever the current."""
     damping = ranges.force_n / max(KNEE_SHARE * ranges.velocity_m_s, 1e-3)
-    return [(SLOW_S / damping, damping, 0.0, 1.0, 0.0, ARM_S)]
+    return [(SLOW_S / damping, damping, 0.0, 1.0, 0.0, ARM_S, 0.0)]
 
 
 EFFECT = Effect(
@@ -207,8 +214,8 @@ EFFECT = Effect(
         "that relaxes has a Maxwell arm beside it, as Zener's solid. With "
         "hardly a spring it is the dashpot in series of Spencer et al., J. Eng. Mech. 123 (1997): a damper "
         "behind it yields at a speed in proportion to its force. "
-        "The mount carries the fluid's force behind a lag as long as H's, or the part of it that is no load "
-        "cell's, and what acts at the piston beside it; what makes that force elastic, or limits it, is left "
+        "The mount carries the fluid's force behind one lag as long as H's or two, or the part of it that is "
+        "no load cell's, and what acts at the piston beside it; what makes that force elastic, or limits it, is left "
         "out."
     ),
     parameters=(
@@ -251,6 +258,17 @@ EFFECT = Effect(
             optional=True,
         ),
         Parameter("creep_s", "s", ARM_S, 1e-3, 1.0, ARM_S, "time in which that creeps", optional=True),
+        Parameter(
+            "lag_split",
+            "1",
+            0.0,
+            0.0,
+            0.5,
+            0.0,
+            "share of the lag inside that is a second one's",
+            0.2,
+            optional=True,
+        ),
     ),
     step=step,
     inverse=Undo.OBSERVE,
