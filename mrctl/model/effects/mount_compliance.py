@@ -215,8 +215,8 @@ EFFECT = Effect(
         "hardly a spring it is the dashpot in series of Spencer et al., J. Eng. Mech. 123 (1997): a damper "
         "behind it yields at a speed in proportion to its force. "
         "The mount carries the fluid's force behind one lag as long as H's or two, or the part of it that is "
-        "no load cell's, and what acts at the piston beside it; what makes that force elastic, or limits it, is left "
-        "out."
+        "no load cell's, and what acts at the piston beside it; what makes that force elastic, or limits it, "
+        "is left out."
     ),
     parameters=(
         Parameter(
