@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,8 @@ from mrctl.identify import base
 from mrctl.identify.finish import NEAR_ZERO_A
 from mrctl.identify.hysteresis import as_filter
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.knots import LEVEL_A
+from mrctl.identify.records import Record
 from mrctl.model.damper import Damper
 from mrctl.model.filters import BAND_HZ
 
@@ -125,7 +128,21 @@ def _temperature(fit: JointFit) -> list[Finding]:
         off = bool(layout.current_a[0] < NEAR_ZERO_A)
         which, other = ("on", "off") if off else ("off", "on")
         return [Finding("h", f"no run in the {which} state: taken as in the {other} state", measure)]
+    unseen = ", ".join(f"{x:.0f}" for x in _without_off(fit))
+    if unseen:
+        what = f"nothing measured without current near {unseen} degC: taken much as with current"
+        return [Finding("h", what, f"measure at {layout.current_a[0]:.2g} A at {unseen} degC too")]
     return []
+
+
+def _without_off(fit: JointFit) -> Array:
+    """The temperatures of h's knots near which no run is in the off state."""
+    layout = fit.model.layout
+    knots = layout.temperature_c
+    edge_a = layout.off_below_a + LEVEL_A
+    off = np.concatenate([r.temperature_c[r.current_a <= edge_a] for r in fit.model.records])
+    away = np.min(np.abs(knots[:, None] - off), axis=1, initial=np.inf)
+    return np.asarray(knots[away > 0.5 * float(np.min(np.diff(knots)))], dtype=np.float64)
 
 
 def _carried(fit: JointFit, damper: Damper) -> list[Finding]:
@@ -146,7 +163,7 @@ def _carried(fit: JointFit, damper: Damper) -> list[Finding]:
 def _filter(fit: JointFit) -> list[Finding]:
     low, high = excited_band_hz(fit)
     found = []
-    if all(float(np.ptp(r.current_a)) < STEADY_A for r in fit.model.records):
+    if steady(fit.model.records):
         found.append(
             Finding(
                 "current", "steady in every run: how fast it acts is not seen", "measure steps of current"
@@ -176,6 +193,11 @@ def _filter(fit: JointFit) -> list[Finding]:
             )
         )
     return found
+
+
+def steady(records: Sequence[Record]) -> bool:
+    """Whether the current is steady in every one of them."""
+    return all(float(np.ptp(r.current_a)) < STEADY_A for r in records)
 
 
 def excited_band_hz(fit: JointFit) -> tuple[float, float]:

@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 STIFFEST = 1e12
 SOFTEST = 1e-8
+OFF_SPREAD = 0.1  # how far the h of an off state that was not measured may be from that with current
 THINNING_1_K, STEEPNESS_1_K = 0.005, 0.01  # of the force: what warmth usually takes, how far fluids differ
 
 
@@ -75,7 +76,7 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
     if len(h_rows) == 2:
         keep = layout.free_h
         rows = (h_rows["h_off"] - h_rows["h_on"])[keep]
-        found.append(Penalty("off near on", rows, np.zeros(keep.size), 1.0, adapts=False))
+        found.append(Penalty("off near on", rows / OFF_SPREAD, np.zeros(keep.size), 1.0, adapts=False))
     spread = np.concatenate(
         [
             np.full(layout.current_a.size, 10.0),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -62,6 +63,15 @@ def layout_for(
         latest_off_a=switch.latest_off_a,
         earliest_on_a=switch.earliest_on_a,
     )
+
+
+def as_warm_as_measured(layout: Layout, records: Sequence[Record]) -> Layout:
+    """The layout with h at the case's temperatures alone, where it reaches above these."""
+    measured = _temperature_knots(records)
+    if layout.temperature_c[-1] < measured[-1] + LEAST_SPAN_C:
+        return layout
+    two = layout.two_states and measured.size > 1
+    return replace(layout, temperature_c=measured, two_states=two, free_blend=two and layout.free_blend)
 
 
 def _temperature_knots(records: Sequence[Record]) -> Array:

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from mrctl.identify.effects_fit import Effects
+from mrctl.identify.findings import _temperature
 from mrctl.identify.joint import JointModel
 from mrctl.identify.records import Record
-from mrctl.identify.start import layout_for, start_values
+from mrctl.identify.start import as_warm_as_measured, layout_for, start_values
 from mrctl.model.effects.registry import effect
 
 RATE_HZ = 200.0
@@ -76,3 +77,40 @@ def test_a_model_whose_fluid_is_no_warmer_than_measured_is_left_alone():
     records = _records([24.0, 40.0], 0.0)
     names = {p.name for p in JointModel(layout_for(records, order=1), records).penalties()}
     assert not {"h_on thins", "h_off thins"} & names
+
+
+def test_without_an_effect_that_warms_the_fluid_h_ends_where_the_case_was():
+    records = _records([24.0, 40.0], -0.005)
+    warm, plain = (layout_for(records, order=1, warmer_k=rise_k) for rise_k in (60.0, 0.0))
+    assert np.array_equal(as_warm_as_measured(warm, records).temperature_c, plain.temperature_c)
+    assert as_warm_as_measured(plain, records) is plain
+    alone = _records([24.0, 24.0], 0.0)
+    assert as_warm_as_measured(layout_for(alone, order=1, warmer_k=60.0), alone).temperature_c.size == 1
+
+
+def _off_and_on(off_c):
+    """All currents at one temperature, one of them at three, none at these; h is alike with and without."""
+    t = np.arange(800) / RATE_HZ
+    noise, found = np.random.default_rng(7), []
+    conditions = [(i, 40.0) for i in (0.5, 1.0, 1.5, 2.0)] + [(1.0, 24.0), (1.0, 56.0)]
+    conditions += [(0.0, c) for c in off_c]
+    for k, (current_a, at_c) in enumerate(conditions):
+        v = 0.3 * np.sin(2.0 * np.pi * (1.0 + 0.1 * k) * t)
+        level = (200.0 + 900.0 * np.tanh(current_a / 1.2)) * np.exp(-0.004 * (at_c - 24.0))
+        force = level * np.tanh(v / 0.05) + noise.normal(0.0, 3.0, t.size)
+        flat = np.ones(t.size)
+        found.append(Record(k, RATE_HZ, v, current_a * flat, at_c * flat, force, flat, flat))
+    return found
+
+
+@pytest.mark.parametrize("off_c", [[40.0], [24.0, 40.0, 56.0]])
+def test_where_no_run_is_without_current_h_off_is_near_h_on(off_c):
+    """And f without current is what makes the one that was measured."""
+    records = _off_and_on(off_c)
+    model = JointModel(layout_for(records, order=1), records)
+    fit = model.fit(start_values(model))
+    tables = fit.tables
+    assert tables.h_off == pytest.approx(tables.h_on, rel=0.015)
+    assert tables.f[0] * tables.h_off[1] == pytest.approx(200.0 * np.exp(-0.004 * 16.0), rel=0.01)
+    near = [one for one in _temperature(fit) if "24, 56 degC" in one.what]
+    assert len(near) == (len(off_c) == 1)

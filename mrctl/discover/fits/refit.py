@@ -13,7 +13,7 @@ from mrctl.discover.fits.grow import grown_by, grown_by_each
 from mrctl.discover.fits.settle import WORTH_FREEING
 from mrctl.discover.fits.trusting import as_plain
 from mrctl.discover.noise.noise_floor import noise_floor, pooled_floor
-from mrctl.identify.best import fit_base
+from mrctl.identify.best import fit_base, moved
 from mrctl.identify.effects_fit import Effects
 from mrctl.identify.finish import at_full_shape, full_shape
 from mrctl.identify.joint import JointModel
@@ -23,6 +23,7 @@ from mrctl.identify.penalties import weighed_as
 from mrctl.identify.plain_lags import free_to_be_late
 from mrctl.identify.records import Record, possible_rise_k
 from mrctl.identify.run_scatter import ScatteredModel
+from mrctl.identify.start import as_warm_as_measured
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage, Vector
 
@@ -102,14 +103,16 @@ def fitted(
     base = fit_base(records, warmer_k=possible_rise_k(records) if warm else 0.0) if start is None else start
     if not chosen and start is None:
         return base
-    layout = base.model.layout
+    # What no run shows is not made up: without such an effect no fluid is warmer than its case.
+    layout = base.model.layout if warm else as_warm_as_measured(base.model.layout, records)
     kind = ScatteredModel if chosen else JointModel
     model = kind(layout, records, Effects(tuple(chosen)), bool(chosen), base.model.slowest_pole)
     mask = model.free()
     if free is not None and chosen:
         own = [flag for e in chosen for flag in free.get(e.name, [not p.held for p in e.parameters])]
         mask[layout.size :] = own
-    theta = model.pack(base.tables, values)
+    tables = base.tables if layout is base.model.layout else moved(base.tables, base.model.layout, layout)
+    theta = model.pack(tables, values)
     model.reweigh(theta)
     penalties = weighed_as(base.penalties, model.penalties())
     fit = model.fit(theta, penalties=penalties, free=mask, rounds=3, iterations=12)
