@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from mrctl.calibration.models import Effect
 from mrctl.errors import InputError
 from mrctl.model.effects.base import Parameter
-from mrctl.model.effects.registry import effects
+from mrctl.model.effects.registry import VARIABLE, effects
 from mrctl.yaml_source import Findings, KeyPath
 
 
@@ -36,7 +36,11 @@ def check_effects(listed: tuple[Effect, ...], findings: Findings) -> None:
             _check_parameters(effect, known[effect.name].parameters, (*path, "parameters"), findings)
             continue
         near = get_close_matches(effect.name, known, n=1)
-        mend = f"did you mean {near[0]}?" if near else "there are: " + ", ".join(known)
+        mend = (
+            f"did you mean {near[0]}?"
+            if near
+            else f"there are: {', '.join(known)}; one of your own is named by {VARIABLE}"
+        )
         findings.add((*path, "name"), f"unknown effect {effect.name!r}", mend)
 
 

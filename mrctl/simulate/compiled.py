@@ -21,7 +21,7 @@ from typing import Any, cast
 
 import numba
 from numba.core import config
-from numba.core.errors import NumbaError
+from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numba.extending import register_jitable
 
 from mrctl.errors import InputError
@@ -51,7 +51,7 @@ def blaming(effect: Effect) -> Iterator[None]:
     """Name the effect's file where its step cannot be compiled: raises InputError."""
     try:
         yield
-    except NumbaError as error:
+    except (NumbaError, UnsupportedBytecodeError) as error:
         reason = next((line for line in str(error).splitlines() if line and "nopython" not in line), "")
         raise InputError.at(
             effect.step.__code__.co_filename,

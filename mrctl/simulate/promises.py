@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import traceback
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -9,13 +11,17 @@ import numpy as np
 
 from mrctl.errors import InputError
 from mrctl.model.damper import Damper
-from mrctl.model.effects.base import Effect, Settings, Vector
+from mrctl.model.effects.base import SIGNALS, Effect, Settings, Vector
 from mrctl.model.effects.faults import faults
 from mrctl.model.pipeline import ForwardPipeline
 from mrctl.simulate.run import Array, Run
 from mrctl.simulate.trace import trace
 
 CLOSE = 1e-9  # vehicle against desk, relative to the largest force
+AT_REST = 0.05  # of a run that ends where all that a step may divide by is 0
+TRIED = 200  # samples of a run in plain Python before it is compiled
+# What a step of the user's own may raise.
+_FAULTS = ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError
 
 
 def broken_promises(effect: Effect, damper: Damper, dt_s: float = 0.001) -> list[str]:
@@ -34,17 +40,27 @@ def broken_promises(effect: Effect, damper: Damper, dt_s: float = 0.001) -> list
     if np.array_equal(desk, trial.before.force_n):
         found.append("its typical values do not change the force")
     try:
-        vehicle = _by_sample(effect, trial.base, trial.run)
-    except (ArithmeticError, ValueError) as error:
-        return [*found, f"in plain Python it fails ({error}), compiled it does not"]
+        runs = trial.run, *_without(effect, trial.run)
+        vehicle, *others = (_by_sample(effect, trial.base, run) for run in runs)
+    except _FAULTS as error:
+        return [*found, f"in plain Python it fails ({_where(effect, error)}), compiled it does not"]
+    if any(not np.array_equal(vehicle, other) for other in others):
+        found.append('its force hangs on what `needs` does not name: "displacement" or "acceleration"')
     if not np.max(np.abs(desk - vehicle)) <= CLOSE * np.max(np.abs(desk)):
         found.append("compiled, it gives another force than in plain Python")
     return found
 
 
 def failures(effect: Effect, damper: Damper, dt_s: float = 0.001) -> list[str]:
-    """What no fit could get over: it does not compile, divides by zero, or its force is not finite."""
+    """What no fit could get over: it fails, does not compile, or its force is not finite.
+
+    Compiled code does not look whether a state is there: plain Python goes first.
+    """
     trial = _Trial(effect, damper, dt_s)
+    try:
+        _by_sample(effect, trial.base, trial.run, [*range(TRIED), *range(-TRIED, 0)])
+    except _FAULTS as error:
+        return [f"it fails, {_where(effect, error)}"]
     corners = product(*((p.low, p.high) for p in effect.parameters))
     try:
         for values in (effect.neutral, effect.typical, *corners):
@@ -80,16 +96,41 @@ def rich_run(dt_s: float, current_max_a: float, seconds: float = 2.0) -> Run:
     steps = np.array([0.0, 0.5, 0.1, 0.8, 0.3, 0.0, 1.0, 0.05])[(8.0 * t / (0.5 * seconds)).astype(int) % 8]
     ramps = 0.5 + 0.5 * np.sin(2.0 * np.pi * 0.9 * t)
     current = current_max_a * np.where(t < 0.5 * seconds, steps, ramps)
+    for signal in (x, v, a, current):
+        signal[t > (1.0 - AT_REST) * seconds] = 0.0
     return Run.of(dt_s, v, current, 30.0 + 40.0 * t / seconds, x, a)
 
 
-def _by_sample(effect: Effect, base: Damper, run: Run) -> Array:
+def _by_sample(effect: Effect, base: Damper, run: Run, tried: Sequence[int] | None = None) -> Array:
     model = ForwardPipeline(base, run.dt_s, settings=_only(effect, effect.typical))
     signals = run.velocity_m_s, run.current_a, run.temperature_c, run.displacement_m, run.acceleration_m_s2
-    samples = list(zip(*(signal.tolist() for signal in signals), strict=True))
+    of = slice(None) if tried is None else np.array(tried)
+    samples = list(zip(*(signal[of].tolist() for signal in signals), strict=True))
     model.settle(*samples[0])
     return np.array([model.step(*sample) for sample in samples])
 
 
 def _only(effect: Effect, p: Vector) -> Settings:
     return {effect.stage: ((effect, p),)}
+
+
+def _without(effect: Effect, run: Run) -> list[Run]:
+    """The run without each of the signals that the effect does not need."""
+    still = np.zeros(run.size)
+    without = {
+        "displacement": replace(run, displacement_m=still),
+        "acceleration": replace(run, acceleration_m_s2=still),
+    }
+    return [without[signal] for signal in sorted(SIGNALS - effect.needs)]
+
+
+def _where(effect: Effect, error: Exception) -> str:
+    """The line of the effect's file that an error came from, and what it says."""
+    file = effect.step.__code__.co_filename
+    own = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    what = f"line {own[-1]}: {error}" if own else str(error)
+    return (
+        f"{what}; a state is made by `start`, and named in `states`"
+        if isinstance(error, IndexError)
+        else what
+    )

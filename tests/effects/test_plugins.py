@@ -152,8 +152,20 @@ def test_a_file_that_is_not_there_is_named(tmp_path, monkeypatch):
         (("return p[0] *", "return 0.0 * p[0] *"), "do not change"),
         (("return p[0] *", "return 1e308 * p[0] * 1e10 *"), "finite"),
         (("return p[0] *", "return eval('1.0') * p[0] *"), "cannot be compiled"),
+        (("return p[0] *", "import math; return p[0] *"), "cannot be compiled"),
+        (("return p[0] *", "s[0] = s[0] + dt_s; return p[0] *"), "a state is made by `start`"),
+        (("return p[0] *", "return p[0] / velocity_m_s *"), "division by zero"),
+        (("return p[0] *", "return p[0] * displacement_m *"), "`needs` does not name"),
+        (("return p[0] *", "return p[0] * velocty_m_s *"), "'velocty_m_s' is not defined"),
     ],
 )
 def test_a_broken_promise_is_told(tmp_path, damage, said):
     effect = registry.load_file(put(tmp_path, "cubic", template("cubic").replace(*damage)))
     assert any(said in what for what in broken_promises(effect, make_damper()))
+
+
+def test_where_a_step_fails_is_told_with_its_line(tmp_path):
+    text = template("cubic").replace("return p[0] *", "return p[0] / velocity_m_s *")
+    line = next(n for n, one in enumerate(text.splitlines(), 1) if "/ velocity_m_s" in one)
+    (said,) = broken_promises(registry.load_file(put(tmp_path, "cubic", text)), make_damper())
+    assert f"line {line}: float division by zero" in said
