@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
+import sys
 from pathlib import Path
 
 from mrctl.calibration import load_calibration
@@ -47,6 +48,9 @@ def run(args: argparse.Namespace) -> int:
                 "the calibration's filter does not suit the sample rate; resample the runs to 500 to 2000 Hz"
             )
             raise InputError.at(campaign.root, f"the hysteresis filter {error}", mend) from error
+    if result.of_another:
+        mend = "another damper's calibration, or another unit?"
+        print(f"warning: {args.calibration}: {result.of_another}; {mend}", file=sys.stderr)
     if args.report:
         words = ["mrctl", "compare", args.calibration, args.data, *given("--columns", args.columns)]
         words += ["--report", args.report]
@@ -70,4 +74,4 @@ def _print(result: Comparison) -> None:
     if len(result.worst) > MOST_LINES:
         print(f"  and {len(result.worst) - MOST_LINES} more (--json, --report)")
     if not result.worst:
-        print("  nowhere significantly worse than on average")
+        print(f"  {result.nowhere}")

@@ -23,6 +23,9 @@ START = (
     "turned round, and for a field with a memory another current; no sample is left out."
 )
 
+BEYOND_NOISE = 1.5  # times the noise, from which an error is said to be more than that
+ANOTHER = 3.0  # times another's force, or a third of it: hardly this damper's
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunFit:
@@ -49,6 +52,34 @@ class Comparison:
     noise_floor_n: float | None  # over the runs where it is known
     worst: tuple[Condition, ...]
     bands: tuple[Band, ...]
+
+    @property
+    def force_ratio(self) -> float:
+        """The RMS of the model's force over that of the measured one."""
+        model, measured = (
+            float(np.sqrt(np.mean(np.concatenate(forces) ** 2)))
+            for forces in ([fit.model_n for fit in self.runs], [fit.run.force_n for fit in self.runs])
+        )
+        return model / max(measured, 1e-300)
+
+    @property
+    def of_another(self) -> str | None:
+        """What seems wrong with the whole where the model's force is of another size, else None."""
+        ratio = self.force_ratio
+        if 1.0 / ANOTHER < ratio < ANOTHER:
+            return None
+        return f"the model's force is {ratio:.3g} times the measured one"
+
+    @property
+    def nowhere(self) -> str:
+        """What to say where no condition is worse than the others, with the run that is and the noise."""
+        said = "nowhere significantly worse than on average"
+        floor = self.noise_floor_n
+        if floor is None or self.rmse_n <= BEYOND_NOISE * floor:
+            return said
+        worst = max(self.runs, key=lambda fit: fit.rmse_n)
+        times = f"{self.rmse_n / floor:.2g} times the noise"
+        return f"{said}, which is {times}; most in {worst.run.name}, {worst.rmse_n:.3g} N"
 
 
 def compare(
@@ -105,6 +136,7 @@ def figures(comparison: Comparison) -> dict[str, Any]:
         "fit_percent": comparison.fit_percent,
         "bias_n": comparison.bias_n,
         "noise_floor_n": comparison.noise_floor_n,
+        "force_ratio": comparison.force_ratio,
         "noise_floor_runs": sum(fit.noise.floor_n is not None for fit in comparison.runs),
         "start": START,
         "runs": [_run_figures(fit) for fit in comparison.runs],

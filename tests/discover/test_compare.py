@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,3 +84,22 @@ def test_the_command_writes_json_and_a_report(damper, tmp_path, capsys):
     assert (tmp_path / "r.html").read_text().startswith("<!DOCTYPE html>")
     assert run(parser.parse_args(words[:2])) == 0
     assert "Where it fails" in capsys.readouterr().out
+
+
+def test_a_model_that_fails_everywhere_alike_is_not_said_to_fail_nowhere(damper):
+    result = compare(damper, campaign(sine(damper), sine(damper, current_a=2.0, name="two.csv")))
+    assert result.nowhere == "nowhere significantly worse than on average"
+    worse = replace(result, rmse_n=10.0 * result.noise_floor_n)
+    assert "10 times the noise; most in " in worse.nowhere
+
+
+@pytest.mark.parametrize(("times", "told"), [(1.0, False), (0.5, False), (180.0, True), (0.01, True)])
+def test_the_calibration_of_a_damper_of_another_size_is_told(damper, times, told):
+    large = (
+        tuple(times * x for x in damper.static.force_n),
+        tuple(times * x for x in damper.static.blend_force_n),
+    )
+    static = damper.static._replace(force_n=large[0], blend_force_n=large[1])
+    result = compare(replace(damper, static=static), campaign(sine(damper, seed=3)))
+    assert (result.of_another is not None) is told
+    assert result.force_ratio == pytest.approx(times, rel=0.05)

@@ -109,7 +109,11 @@ def _where(page: Page, result: Comparison) -> None:
             "Worst first",
         )
     else:
-        page.paragraph("Nowhere significantly worse than on average.")
+        page.paragraph(f"{result.nowhere[:1].upper()}{result.nowhere[1:]}.")
+    if result.of_another:
+        page.paragraph(
+            f"{result.of_another[:1].upper()}{result.of_another[1:]}: another damper's calibration?"
+        )
     runs, residuals = [f.run for f in result.runs], [f.residual_n for f in result.runs]
     for x, y in PAIRS:
         found = mean_map(runs, residuals, x, y)
