@@ -12,6 +12,7 @@ from mrctl.calibration import Calibration
 from mrctl.discover.extend import Extension
 from mrctl.discover.reports.figures import derived_of, parameters_of
 from mrctl.errors import InputError
+from mrctl.identify.findings import findings_of
 from mrctl.measurements import Campaign, load_campaign, require_sound
 from mrctl.model.effects.base import Effect, Vector
 from mrctl.model.effects.registry import effect as effect_named
@@ -66,6 +67,7 @@ def extension_figures(extension: Extension) -> dict[str, Any]:
         "parameters": {name: parameters_of(extension.fit, name) for name in extension.effects},
         "derived": {name: derived_of(extension.fit, name) for name in extension.effects},
         "steps": [{"effects": list(names), "rmse_n": rmse} for names, rmse in extension.steps],
+        "not_identified": [f"{one}." for one in findings_of(extension.fit, extension.std, extension.damper)],
     }
 
 

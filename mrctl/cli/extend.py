@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,16 @@ from mrctl.cli.diagnosis import (
     load_sound,
     print_parameters,
 )
-from mrctl.cli.outputs import check_outputs, given, write_figures
+from mrctl.cli.outputs import check_outputs, given, print_unsaid, write_figures
 from mrctl.cli.own_effects import effects_named, try_own_effects
-from mrctl.discover.extend import extend
+from mrctl.discover.extend import Extension, extend
 from mrctl.discover.extended_calibration import write_extended
 from mrctl.errors import InputError
+from mrctl.model.damper import Damper
 from mrctl.report.progress import Progress
+
+FALLS = 0.99  # times the error before: more is no fall
+NARROWER = 0.9  # times the range before, from which it is said
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,6 +72,8 @@ def run(args: argparse.Namespace) -> int:
     write_extended(
         result, calibration.name, campaign, args.data, args.output, what, calibration.provenance.history
     )
+    for doubt in _doubts(result, calibration.damper, args.effect):
+        print(f"warning: {doubt}", file=sys.stderr)
     figures = extension_figures(result)
     if args.report:
         from mrctl.discover.reports.extend_report import write_extension  # noqa: PLC0415 - only who asks for it loads it
@@ -78,6 +85,26 @@ def run(args: argparse.Namespace) -> int:
     if write_figures(args, figures):
         print_extension(figures, args.output)
     return 0
+
+
+def _doubts(result: Extension, before: Damper, added: Sequence[str]) -> list[str]:
+    """What of the new calibration a user might not expect: effects that prove nothing, less that is valid."""
+    found = []
+    if added and result.rmse_after_n > FALLS * result.rmse_before_n:
+        names = ", ".join(added)
+        found.append(f"the error on the runs left out does not fall with {names}; nothing here bears it out")
+    now = result.damper
+    for what, unit, was, here in (
+        ("currents", "A", before.current_valid_a, now.current_valid_a),
+        ("velocities", "m/s", before.velocity_valid_m_s, now.velocity_valid_m_s),
+        ("temperatures", "degC", before.temperature_valid_c, now.temperature_valid_c),
+    ):
+        if here.high - here.low < NARROWER * (was.high - was.low):
+            less = (
+                f"{here.low:.3g} to {here.high:.3g} {unit} and was for {was.low:.3g} to {was.high:.3g} {unit}"
+            )
+            found.append(f"the calibration is for {what} of {less}: all of it is fitted to these runs")
+    return found
 
 
 def _check_names(args: argparse.Namespace, has: set[str]) -> None:
@@ -107,4 +134,5 @@ def print_extension(figures: dict[str, Any], output: str) -> None:
     print(f"{'not known' if floor is None else f'{floor:10.3g} N'} noise")
     for name, parameters in figures["parameters"].items():
         print_parameters(name, parameters, figures["derived"][name])
+    print_unsaid(figures["not_identified"])
     print(f"\nheld out: {', '.join(figures['held_out'])}\nwritten: {output}")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import mrctl
 from mrctl.calibration import Provenance, Step, calibration_from_damper, dump_calibration
-from mrctl.cli.outputs import check_outputs, write_figures
+from mrctl.cli.outputs import check_outputs, print_unsaid, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.errors import InputError
 from mrctl.identify.best import identify_best
@@ -28,7 +28,7 @@ from mrctl.model.filters import FilterError
 from mrctl.printable import printable
 from mrctl.report.progress import Progress
 from mrctl.report.tables import Cell, Value
-from mrctl.report.terminal import paint, table
+from mrctl.report.terminal import table
 
 Array = NDArray[np.float64]
 
@@ -201,8 +201,5 @@ def _print(errors: Errors, notes: list[str], output: str) -> None:
         if value is not None
     ]
     print(f"\nRMSE {errors.rmse_n:.3g} N, fit {errors.fit_percent:.1f} %" + "".join(f", {g}" for g in groups))
-    if notes:
-        print("\n" + paint("What this campaign does not say", "bold"))
-        for note in notes:
-            print(f"  {note}")
+    print_unsaid(notes)
     print(f"\nwritten: {output}")

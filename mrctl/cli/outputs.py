@@ -9,12 +9,13 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 
 from mrctl.errors import InputError
 from mrctl.measurements.column_map import read_map
 from mrctl.measurements.find import find_files
+from mrctl.report.terminal import paint
 from mrctl.yaml_source.writer import check_writable, write_atomically
 
 OUTPUTS = {"output": "-o", "json": "--json", "report": "--report"}
@@ -68,6 +69,14 @@ def write_figures(args: argparse.Namespace, figures: Mapping[str, object]) -> bo
             return False
         write_atomically(args.json, text)
     return not args.quiet
+
+
+def print_unsaid(notes: Sequence[str]) -> None:
+    """What of a calibration the measurements do not say."""
+    if notes:
+        print("\n" + paint("What this campaign does not say", "bold"))
+        for note in notes:
+            print(f"  {note}")
 
 
 def _inputs(args: argparse.Namespace) -> dict[str, str]:

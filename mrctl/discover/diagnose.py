@@ -26,6 +26,8 @@ from mrctl.discover.verdict.own_delay import why_own
 from mrctl.discover.verdict.scales import evened, scales_instead
 from mrctl.discover.verdict.stands import by_rounds, confirmed, constant, in_vain, retimed
 from mrctl.discover.verdict.structure import Structure, structure_of
+from mrctl.discover.verdict.worth import accepted
+from mrctl.identify.findings import steady
 from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects
@@ -204,8 +206,10 @@ def _diagnosed(
         evidence = evidence.as_measured()
     final = judged.final
     colour = float(np.median(final.colour))
-    hidden = {**untestable, **hidden_effects(levels[0].looks, colour)}
-    hidden = taken_up(hidden, final.fit.model.layout, final.fit.tables)
+    unseen = hidden_effects(levels[0].looks, colour, steady=steady(evidence.records))
+    hidden = taken_up({**untestable, **unseen}, final.fit.model.layout, final.fit.tables)
+    # What would have been too little at its usual size, and was seen, is more than that.
+    shown = {*judged.effects, *real_alone(levels[0])}
     return Diagnosis(
         verdict=judged.verdict,
         effects=judged.effects,
@@ -218,13 +222,18 @@ def _diagnosed(
         left=judged.left,
         removable=judged.removable,
         changes=changes,
-        hidden={name: why for name, why in hidden.items() if name not in judged.effects},
+        hidden={name: why for name, why in hidden.items() if name not in shown},
         next_run=_proposal(evidence, judged.found, colour) if judged.verdict == "ambiguous" else None,
         evidence=evidence,
         courses=judged.courses,
         stranger=judged.stranger,
         levels=levels,
     )
+
+
+def real_alone(first: Level) -> list[str]:
+    """The effects that the data bear out each by itself, beside the base; best first."""
+    return [t.effect.name for t in first.trials if accepted(t, first.before, len(first.looks))]
 
 
 def _less_what_is_slight(evidence: Evidence, base: Proof, judged: Judged) -> Judged:

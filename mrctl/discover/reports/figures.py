@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.diagnose import Diagnosis
+from mrctl.discover.diagnose import Diagnosis, real_alone
 from mrctl.discover.noise.lines import Line
 from mrctl.discover.reports.channels import channel_figures, channel_words
 from mrctl.discover.search.levels import Trial
 from mrctl.discover.verdict.balance import STRANGE
 from mrctl.discover.verdict.courses import Course
 from mrctl.discover.verdict.own_delay import with_hold
-from mrctl.discover.verdict.worth import accepted
 from mrctl.identify.joint_fit import JointFit, half_width_95
 from mrctl.model.effects.card import card
 
@@ -25,12 +24,9 @@ MOST_COURSES = 3
 
 def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
     """All that `mrctl diagnose --json` writes."""
-    candidates = len(d.first.looks)
+    real = real_alone(d.first)
     rivals = {f.trial.effect.name: [r.name for r in f.rivals] for f in d.found}
-    ranking = [
-        _entry(t, d, accepted(t, d.first.before, candidates), rivals.get(t.effect.name))
-        for t in d.first.trials
-    ]
+    ranking = [_entry(t, d, t.effect.name in real, rivals.get(t.effect.name)) for t in d.first.trials]
     return {
         "verdict": d.verdict,
         "effects": list(d.effects),

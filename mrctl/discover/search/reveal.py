@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mrctl.discover.fits.screen import Look
 from mrctl.identify.layout import Layout, Tables
+from mrctl.model.effects.base import Stage
 
 Array = NDArray[np.float64]
 
@@ -38,14 +39,21 @@ def compression_change(layout: Layout, tables: Tables) -> float:
     return float(np.mean(-compression / rebound)) - 1.0
 
 
-def hidden_effects(looks: list[Look], colour: float) -> dict[str, str]:
-    """Effects that this campaign cannot show, and why; `colour`: samples that count as one."""
+def hidden_effects(looks: list[Look], colour: float, *, steady: bool) -> dict[str, str]:
+    """Effects that this campaign cannot show, and why; `colour`: samples that count as one.
+
+    steady: whether the current is, in every run.
+    """
     result = {}
     for look in looks:
         name = look.effect.name
         if look.usual_force <= 0.0:
             result[name] = "at its usual size it makes no force here: nothing in these runs excites it"
-        elif look.usual_beyond < LEAST_SIGNAL * colour:
+        elif look.usual_beyond >= LEAST_SIGNAL * colour:
+            continue
+        elif steady and look.effect.stage is Stage.CURRENT:
+            result[name] = "the current is steady in every run"
+        else:
             share = 100.0 * (1.0 - look.usual_beyond / look.usual_force)
             result[name] = (
                 f"the base model's own tables and filter take up {min(share, 100.0):.4g} % of it, "

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrctl.discover.search.reveal import compression_change, taken_up
+from mrctl.discover.search.reveal import compression_change, hidden_effects, taken_up
+from mrctl.model.effects.registry import effect
 
 KNOTS = np.linspace(-0.4, 0.5, 19)
 
@@ -36,3 +37,14 @@ def test_an_asymmetry_that_g_has_is_told_also_where_one_that_the_current_changes
     assert told.startswith("one that is alike at all currents is the base model's own")
     assert told.endswith("g damps compression 15 % less than rebound")
     assert taken_up({}, *_tables(1.0)) == {}
+
+
+@pytest.mark.parametrize(("steady", "said"), [(True, "steady in every run"), (False, "take up 99 %")])
+def test_what_acts_on_a_current_that_never_changes_is_said_to_lack_that(steady, said):
+    looks = [
+        SimpleNamespace(effect=effect(name), usual_force=100.0, usual_beyond=1.0)
+        for name in ("current_lag", "gas_spring")
+    ]
+    hidden = hidden_effects(looks, 1.0, steady=steady)
+    assert said in hidden["current_lag"]
+    assert "take up 99 %" in hidden["gas_spring"]
