@@ -1,11 +1,17 @@
 """Extending a model by what a diagnosis found leaves away what runs that were left out speak against."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from discover.campaigns import shipped
 from hidden import one_frequency
 
+from mrctl.cli.extend import _doubts
 from mrctl.discover import extend as module
 from mrctl.discover.extend import WORSE, extend
+from mrctl.model.damper import Span
 from mrctl.model.effects.registry import effects
 
 FIRST, SECOND = "gas_spring", "force_offset"
@@ -211,3 +217,24 @@ def test_a_model_that_has_been_found_is_begun_at(monkeypatch, given):
     begun = extend(campaign, (), [gas], begin=found)
     assert begun.fit.effect_values[FIRST][1] > 2500.0
     assert begun.rmse_after_n < 0.5 * begun.rmse_before_n
+
+
+def _result(damper, before_n, after_n):
+    return SimpleNamespace(damper=damper, rmse_before_n=before_n, rmse_after_n=after_n)
+
+
+def test_an_effect_that_the_runs_left_out_do_not_bear_out_is_written_with_a_warning():
+    damper = shipped()
+    assert _doubts(_result(damper, 30.0, 10.0), damper, [FIRST]) == []
+    (said,) = _doubts(_result(damper, 30.0, 29.9), damper, [FIRST])
+    assert "does not fall with gas_spring" in said
+    assert _doubts(_result(damper, 30.0, 30.0), damper, []) == []  # one that was taken out
+
+
+def test_a_calibration_that_is_for_less_than_the_one_before_is_told():
+    damper = shipped()
+    was = damper.temperature_valid_c
+    narrow = replace(damper, temperature_valid_c=Span(was.low, 0.5 * (was.low + was.high)))
+    (said,) = _doubts(_result(narrow, 30.0, 10.0), damper, [FIRST])
+    assert said.startswith("the calibration is for temperatures of ")
+    assert _doubts(_result(damper, 30.0, 10.0), narrow, [FIRST]) == []
