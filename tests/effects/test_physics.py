@@ -293,3 +293,11 @@ def test_what_cools_as_fast_as_may_be_is_no_warmth(p, is_one):
     effect = effects()["self_heating"]
     assert effect.plausible is not None
     assert effect.plausible((*p, 2.0, 5.0), Ranges(0.03, 0.5, 2.0, 1e3)) is is_one
+
+
+def test_a_gas_column_is_told_where_there_is_one():
+    """From a spring that is as good as straight no length is to be read."""
+    derived = effects()["gas_spring"].derived
+    assert derived((0.0, 8e3, -5.0, 0.0))["isothermal gas column V0/A"] == (pytest.approx(0.2), "m")
+    assert derived((0.0, 8e3, 0.07, 0.0)) == {}
+    assert derived((0.0, 8e3, 0.0, 0.0)) == {}

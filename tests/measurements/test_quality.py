@@ -269,3 +269,11 @@ def test_a_run_made_in_memory_is_judged_like_one_that_was_read():
 @pytest.mark.parametrize("protocol", ["grid", "steps", "sweeps", "road"])
 def test_campaigns_of_the_virtual_dyno_are_sound(protocol):
     assert [str(finding) for finding in check_campaign(Bench().campaign(protocol))] == []
+
+
+@pytest.mark.parametrize(("hz", "low"), [(2.5, False), (2.502, False), (4.0, True)])
+def test_a_rate_is_low_below_what_the_mend_asks_for_and_not_at_it(hz, low):
+    t = np.arange(600) / 50.0
+    v = 0.3 * np.sin(2.0 * np.pi * hz * t)
+    run = run_of(v, 800.0 * np.tanh(v / 0.05) + noise(t.size, 3.0), rate=50.0)
+    assert any("the sample rate is low" in str(one) for one in check_run(run)) is low

@@ -69,7 +69,7 @@ def check_motion(run: Run) -> Iterator[Finding]:
             what = "velocity is noise only: neighbouring samples have little in common"
             yield error(run, None, what, "is it the right column? else remove the run")
         return
-    if samples < FEW_SAMPLES:
+    if round(samples) < FEW_SAMPLES:
         what = f"the sample rate is low: {samples:.1f} samples a cycle of {frequency:.3g} Hz"
         yield warning(run, None, what, f"better sample at {FEW_SAMPLES * frequency:.3g} Hz or more")
     yield from _silent(run, frequency)

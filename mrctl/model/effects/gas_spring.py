@@ -33,7 +33,9 @@ def _plausible(p: Vector, _: Ranges) -> bool:
 
 
 def _derived(p: Vector) -> Mapping[str, tuple[float, str]]:
-    return {"isothermal gas column V0/A": (1.0 / abs(p[2]), "m")} if p[2] else {}
+    if abs(p[2]) * LONGEST_COLUMN_M < 1.0:  # as good as straight: no length is told
+        return {}
+    return {"isothermal gas column V0/A": (1.0 / abs(p[2]), "m")}
 
 
 EFFECT = Effect(
