@@ -196,6 +196,7 @@ COMPARED = {
         "lag_inside": f"{FORM}: H stands before the mount",
         "arm": 0.0,
         "creep_s": "nothing creeps",
+        "lag_split": f"{FORM}: H stands before the mount",
     },
     "sensor_delay": lambda p, _: {"delay_s": p["delay"]},
 }
