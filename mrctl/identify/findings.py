@@ -12,7 +12,6 @@ from mrctl.identify import base
 from mrctl.identify.finish import NEAR_ZERO_A
 from mrctl.identify.hysteresis import as_filter
 from mrctl.identify.joint_fit import JointFit
-from mrctl.identify.knots import LEVEL_A
 from mrctl.identify.records import Record
 from mrctl.model.damper import Damper
 from mrctl.model.filters import BAND_HZ
@@ -128,21 +127,11 @@ def _temperature(fit: JointFit) -> list[Finding]:
         off = bool(layout.current_a[0] < NEAR_ZERO_A)
         which, other = ("on", "off") if off else ("off", "on")
         return [Finding("h", f"no run in the {which} state: taken as in the {other} state", measure)]
-    unseen = ", ".join(f"{x:.0f}" for x in _without_off(fit))
-    if unseen:
+    if layout.off_seen is not None and not layout.off_seen.all():
+        unseen = ", ".join(f"{x:.0f}" for x in layout.temperature_c[~layout.off_seen])
         what = f"nothing measured without current near {unseen} degC: taken much as with current"
         return [Finding("h", what, f"measure at {layout.current_a[0]:.2g} A at {unseen} degC too")]
     return []
-
-
-def _without_off(fit: JointFit) -> Array:
-    """The temperatures of h's knots near which no run is in the off state."""
-    layout = fit.model.layout
-    knots = layout.temperature_c
-    edge_a = layout.off_below_a + LEVEL_A
-    off = np.concatenate([r.temperature_c[r.current_a <= edge_a] for r in fit.model.records])
-    away = np.min(np.abs(knots[:, None] - off), axis=1, initial=np.inf)
-    return np.asarray(knots[away > 0.5 * float(np.min(np.diff(knots)))], dtype=np.float64)
 
 
 def _carried(fit: JointFit, damper: Damper) -> list[Finding]:

@@ -34,6 +34,7 @@ class Layout:
     free_blend: bool  # the two currents of the off-to-on transition are fitted
     latest_off_a: float  # where off ends at the latest, ...
     earliest_on_a: float  # ... and where on begins at the earliest: a state once lost is found by no step
+    off_seen: NDArray[np.bool_] | None = None  # temperature knots near which the off state was measured: all
 
     def with_order(self, order: int) -> Layout:
         """The same tables with another filter order."""

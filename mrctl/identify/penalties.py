@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 STIFFEST = 1e12
 SOFTEST = 1e-8
-OFF_SPREAD = 0.1  # how far the h of an off state that was not measured may be from that with current
+OFF_SPREAD = 0.1  # how much h without current may differ from that with, where it was not measured
 THINNING_1_K, STEEPNESS_1_K = 0.005, 0.01  # of the force: what warmth usually takes, how far fluids differ
 
 
@@ -74,9 +74,9 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
         d2 = _second_slopes(layout.temperature_c)
         found += [Penalty(name, d2 @ rows, np.zeros(d2.shape[0]), 100.0) for name, rows in h_rows.items()]
     if len(h_rows) == 2:
-        keep = layout.free_h
-        rows = (h_rows["h_off"] - h_rows["h_on"])[keep]
-        found.append(Penalty("off near on", rows / OFF_SPREAD, np.zeros(keep.size), 1.0, adapts=False))
+        apart = h_rows["h_off"] - h_rows["h_on"]
+        rows = np.concatenate([apart[layout.free_h], _unseen(layout, apart) / OFF_SPREAD])
+        found.append(Penalty("off near on", rows, np.zeros(len(rows)), 1.0, adapts=False))
     spread = np.concatenate(
         [
             np.full(layout.current_a.size, 10.0),
@@ -104,6 +104,16 @@ def fluid_penalties(layout: Layout) -> list[Penalty]:
         Penalty(f"{name} thins", np.diff(rows, axis=0) / apart[:, None], usual, 1.0, adapts=False)
         for name, rows in _h_rows(layout).items()
     ]
+
+
+def _unseen(layout: Layout, apart: Array) -> Array:
+    """How much farther off is from on than at the nearest knot where it was measured, where it was not."""
+    seen = np.ones(len(apart), dtype=bool) if layout.off_seen is None else layout.off_seen
+    if not seen.any():
+        return apart[:0]
+    t = layout.temperature_c
+    nearest = np.flatnonzero(seen)[np.argmin(np.abs(t[~seen][:, None] - t[seen]), axis=1)]
+    return np.asarray(apart[~seen] - apart[nearest])
 
 
 def _h_rows(layout: Layout) -> dict[str, Array]:

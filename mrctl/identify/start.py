@@ -62,6 +62,7 @@ def layout_for(
         free_blend=two and switch.free,
         latest_off_a=switch.latest_off_a,
         earliest_on_a=switch.earliest_on_a,
+        off_seen=_off_seen(records, temperature, off),
     )
 
 
@@ -71,7 +72,9 @@ def as_warm_as_measured(layout: Layout, records: Sequence[Record]) -> Layout:
     if layout.temperature_c[-1] < measured[-1] + LEAST_SPAN_C:
         return layout
     two = layout.two_states and measured.size > 1
-    return replace(layout, temperature_c=measured, two_states=two, free_blend=two and layout.free_blend)
+    seen = _off_seen(records, measured, layout.off_below_a)
+    free = two and layout.free_blend
+    return replace(layout, temperature_c=measured, two_states=two, free_blend=free, off_seen=seen)
 
 
 def _temperature_knots(records: Sequence[Record]) -> Array:
@@ -115,6 +118,15 @@ def _transition(currents: knots.Levels) -> _Transition:
 
 def _has_off(records: Sequence[Record], off: float) -> bool:
     return any(bool(np.any(r.current_a <= off + knots.LEVEL_A)) for r in records)
+
+
+def _off_seen(records: Sequence[Record], temperature_c: Array, off: float) -> NDArray[np.bool_]:
+    """Temperature knots within half a knot of which a run is in the off state."""
+    if temperature_c.size < 2:
+        return np.ones(temperature_c.size, dtype=bool)
+    at = np.concatenate([r.temperature_c[r.current_a <= off + knots.LEVEL_A] for r in records])
+    away = np.array([np.min(np.abs(at - knot), initial=np.inf) for knot in temperature_c])
+    return np.asarray(away <= 0.5 * float(np.min(np.diff(temperature_c))))
 
 
 def start_values(model: JointModel) -> Array:

@@ -26,8 +26,8 @@ def test_the_other_stop_is_found_from_a_fit_that_knows_of_one():
     sines = tuple(run for run in campaign.runs if "Hz" in run.name)
     evidence = Evidence.of(replace(campaign, runs=sines))
     stop = effects()["end_stop"]
-    # At the inner end as it is, at the other beyond what any run reaches.
-    one = STOPS | {"clearance_m": 0.0445, "middle_m": 0.0165}
+    # At the outer end as it is, at the other beyond what any run reaches.
+    one = STOPS | {"clearance_m": 0.06, "middle_m": -0.033}
     before = evidence.base([stop], {"end_stop": tuple(one.values())})
     after = settled(before, evidence.folds)
     assert after.mean_square < 0.02 * before.mean_square  # which it is on the way from

@@ -78,7 +78,7 @@ def test_what_is_pushed_to_the_end_of_physics_imitates_something_else(values, be
 
 def test_a_mount_without_damping_is_not_at_the_end_of_physics():
     mount = effect("mount_compliance")
-    fit = SimpleNamespace(effect_values={mount.name: (9e-7, 0.0, 0.0, 1.0, 0.0, 0.02)})
+    fit = SimpleNamespace(effect_values={mount.name: (9e-7, 0.0, 0.0, 1.0, 0.0, 0.02, 0.0)})
     assert not _bent(mount, SimpleNamespace(fit=fit))
 
 

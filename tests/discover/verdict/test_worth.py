@@ -34,7 +34,7 @@ def _asked(
     before_n2,
     after_n2,
     noise_n2=25.0,
-    values=(5e-7, 1e3, 0.0, 1.0, 0.0, 0.02),
+    values=(5e-7, 1e3, 0.0, 1.0, 0.0, 0.02, 0.0),
     std=1e-8,
     held_out=(),
     doubt=1.25,
@@ -52,7 +52,7 @@ def _asked(
     best = SimpleNamespace(effect=effect("mount_compliance"), proof=_proof(after_n2, *held_out[1:]), fit=None)
     best.fit = best.proof.fit
     best.fit.effect_values = {"mount_compliance": values}
-    best.fit.effect_std = lambda: {"mount_compliance": (std, *(0.0,) * 5)}
+    best.fit.effect_std = lambda: {"mount_compliance": (std, *(0.0,) * 6)}
     return matters(SimpleNamespace(budget=budget), _proof(1e4), here, best, **alike)
 
 
@@ -139,8 +139,8 @@ def test_steady_is_what_all_of_several_signals_say():
 
 def test_a_small_one_at_the_end_of_what_is_physical_is_a_patch(monkeypatch):
     end = effect("mount_compliance").parameters[1].high
-    assert not _asked(monkeypatch, _changes(0.02), 200.0, 90.0, values=(5e-7, end, 0.0, 1.0, 0.0, 0.02))
-    assert _asked(monkeypatch, _changes(0.02), 4000.0, 26.0, values=(5e-7, end, 0.0, 1.0, 0.0, 0.02))
+    assert not _asked(monkeypatch, _changes(0.02), 200.0, 90.0, values=(5e-7, end, 0.0, 1.0, 0.0, 0.02, 0.0))
+    assert _asked(monkeypatch, _changes(0.02), 4000.0, 26.0, values=(5e-7, end, 0.0, 1.0, 0.0, 0.02, 0.0))
 
 
 def test_a_small_one_of_a_size_that_may_as_well_be_none_is_a_patch(monkeypatch):
