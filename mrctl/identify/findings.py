@@ -127,8 +127,8 @@ def _temperature(fit: JointFit) -> list[Finding]:
         off = bool(layout.current_a[0] < NEAR_ZERO_A)
         which, other = ("on", "off") if off else ("off", "on")
         return [Finding("h", f"no run in the {which} state: taken as in the {other} state", measure)]
-    if layout.off_seen is not None and not layout.off_seen.all():
-        unseen = ", ".join(f"{x:.0f}" for x in layout.temperature_c[~layout.off_seen])
+    unseen = ", ".join(f"{x:.0f}" for x in layout.temperature_c[layout.off_unseen])
+    if unseen:
         what = f"nothing measured without current near {unseen} degC: taken much as with current"
         return [Finding("h", what, f"measure at {layout.current_a[0]:.2g} A at {unseen} degC too")]
     return []

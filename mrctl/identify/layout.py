@@ -34,11 +34,18 @@ class Layout:
     free_blend: bool  # the two currents of the off-to-on transition are fitted
     latest_off_a: float  # where off ends at the latest, ...
     earliest_on_a: float  # ... and where on begins at the earliest: a state once lost is found by no step
-    off_seen: NDArray[np.bool_] | None = None  # temperature knots near which the off state was measured: all
+    off_like: NDArray[
+        np.intp
+    ]  # for each temperature knot the one whose h off its own is like: itself if measured
 
     def with_order(self, order: int) -> Layout:
         """The same tables with another filter order."""
         return replace(self, order=order)
+
+    @cached_property
+    def off_unseen(self) -> NDArray[np.intp]:
+        """Temperature knots where the on state alone was measured."""
+        return np.flatnonzero(self.off_like != np.arange(self.temperature_c.size))
 
     @cached_property
     def zero(self) -> int:

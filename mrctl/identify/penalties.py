@@ -75,7 +75,9 @@ def base_penalties(layout: Layout, prior_theta: Array) -> list[Penalty]:
         found += [Penalty(name, d2 @ rows, np.zeros(d2.shape[0]), 100.0) for name, rows in h_rows.items()]
     if len(h_rows) == 2:
         apart = h_rows["h_off"] - h_rows["h_on"]
-        rows = np.concatenate([apart[layout.free_h], _unseen(layout, apart) / OFF_SPREAD])
+        unseen = layout.off_unseen
+        farther = apart[unseen] - apart[layout.off_like[unseen]]
+        rows = np.concatenate([apart[layout.free_h], farther / OFF_SPREAD])
         found.append(Penalty("off near on", rows, np.zeros(len(rows)), 1.0, adapts=False))
     spread = np.concatenate(
         [
@@ -104,16 +106,6 @@ def fluid_penalties(layout: Layout) -> list[Penalty]:
         Penalty(f"{name} thins", np.diff(rows, axis=0) / apart[:, None], usual, 1.0, adapts=False)
         for name, rows in _h_rows(layout).items()
     ]
-
-
-def _unseen(layout: Layout, apart: Array) -> Array:
-    """How much farther off is from on than at the nearest knot where it was measured, where it was not."""
-    seen = np.ones(len(apart), dtype=bool) if layout.off_seen is None else layout.off_seen
-    if not seen.any():
-        return apart[:0]
-    t = layout.temperature_c
-    nearest = np.flatnonzero(seen)[np.argmin(np.abs(t[~seen][:, None] - t[seen]), axis=1)]
-    return np.asarray(apart[~seen] - apart[nearest])
 
 
 def _h_rows(layout: Layout) -> dict[str, Array]:

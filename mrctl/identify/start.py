@@ -62,7 +62,7 @@ def layout_for(
         free_blend=two and switch.free,
         latest_off_a=switch.latest_off_a,
         earliest_on_a=switch.earliest_on_a,
-        off_seen=_off_seen(records, temperature, off),
+        off_like=_off_like(records, temperature, off),
     )
 
 
@@ -72,9 +72,9 @@ def as_warm_as_measured(layout: Layout, records: Sequence[Record]) -> Layout:
     if layout.temperature_c[-1] < measured[-1] + LEAST_SPAN_C:
         return layout
     two = layout.two_states and measured.size > 1
-    seen = _off_seen(records, measured, layout.off_below_a)
+    like = _off_like(records, measured, layout.off_below_a)
     free = two and layout.free_blend
-    return replace(layout, temperature_c=measured, two_states=two, free_blend=free, off_seen=seen)
+    return replace(layout, temperature_c=measured, two_states=two, free_blend=free, off_like=like)
 
 
 def _temperature_knots(records: Sequence[Record]) -> Array:
@@ -120,13 +120,28 @@ def _has_off(records: Sequence[Record], off: float) -> bool:
     return any(bool(np.any(r.current_a <= off + knots.LEVEL_A)) for r in records)
 
 
-def _off_seen(records: Sequence[Record], temperature_c: Array, off: float) -> NDArray[np.bool_]:
-    """Temperature knots within half a knot of which a run is in the off state."""
+def _off_like(records: Sequence[Record], temperature_c: Array, off: float) -> NDArray[np.intp]:
+    """For each temperature knot the nearest with a run in the off state, where only the on state has one.
+
+    Else the knot itself. Within half a knot a run is at it.
+    """
+    like = np.arange(temperature_c.size)
     if temperature_c.size < 2:
-        return np.ones(temperature_c.size, dtype=bool)
-    at = np.concatenate([r.temperature_c[r.current_a <= off + knots.LEVEL_A] for r in records])
-    away = np.array([np.min(np.abs(at - knot), initial=np.inf) for knot in temperature_c])
-    return np.asarray(away <= 0.5 * float(np.min(np.diff(temperature_c))))
+        return like
+    least_c = 0.5 * float(np.min(np.diff(temperature_c)))
+    is_off = [r.current_a <= off + knots.LEVEL_A for r in records]
+
+    def near(state: Sequence[NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        at = np.concatenate([r.temperature_c[own] for r, own in zip(records, state, strict=True)])
+        away = [float(np.min(np.abs(at - knot), initial=np.inf)) for knot in temperature_c]
+        return np.array(away) <= least_c
+
+    seen = near(is_off)
+    if seen.any():
+        apart = np.abs(temperature_c[:, None] - temperature_c[seen])
+        nearest = np.flatnonzero(seen)[np.argmin(apart, axis=1)]
+        like = np.where(near([~own for own in is_off]) & ~seen, nearest, like)
+    return like
 
 
 def start_values(model: JointModel) -> Array:

@@ -114,3 +114,10 @@ def test_where_no_run_is_without_current_h_off_is_near_h_on(off_c):
     assert tables.f[0] * tables.h_off[1] == pytest.approx(200.0 * np.exp(-0.004 * 16.0), rel=0.01)
     near = [one for one in _temperature(fit) if "24, 56 degC" in one.what]
     assert len(near) == (len(off_c) == 1)
+
+
+def test_that_no_run_without_current_was_warmer_than_the_case_is_nothing_to_tell():
+    records = _off_and_on([24.0, 40.0, 56.0])
+    model = JointModel(layout_for(records, order=1, warmer_k=60.0), records)
+    assert model.layout.temperature_c[-1] > 100.0
+    assert _temperature(model.fit(start_values(model), rounds=1)) == []
