@@ -34,9 +34,7 @@ class Layout:
     free_blend: bool  # the two currents of the off-to-on transition are fitted
     latest_off_a: float  # where off ends at the latest, ...
     earliest_on_a: float  # ... and where on begins at the earliest: a state once lost is found by no step
-    off_like: NDArray[
-        np.intp
-    ]  # for each temperature knot the one whose h off its own is like: itself if measured
+    off_like: NDArray[np.intp]  # by temperature knot, whose h off its own is like: its own if measured
 
     def with_order(self, order: int) -> Layout:
         """The same tables with another filter order."""

@@ -129,8 +129,6 @@ def _where(effect: Effect, error: Exception) -> str:
     file = effect.step.__code__.co_filename
     own = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     what = f"line {own[-1]}: {error}" if own else str(error)
-    return (
-        f"{what}; a state is made by `start`, and named in `states`"
-        if isinstance(error, IndexError)
-        else what
+    return what + (
+        "; a state is made by `start`, and named in `states`" if isinstance(error, IndexError) else ""
     )
