@@ -68,8 +68,18 @@ def test_a_slow_run_is_predicted_as_it_is_compared(identified, campaign, tmp_pat
     assert rmse == pytest.approx(_json(capsys, "compare", calibration, slow)["rmse_n"], rel=1e-6)
 
 
+@pytest.fixture(scope="module")
+def extended(identified, campaign, tmp_path_factory):
+    """The calibration with the spring, what was said of it, and its report."""
+    place = tmp_path_factory.mktemp("extended")
+    longer, page, figures = place / "extended.yaml", place / "extended.html", place / "extended.json"
+    arguments = ["extend", identified[0], campaign, "--effect", "gas_spring", "-o", longer, "--report", page]
+    assert main([*map(str, arguments), "--json", str(figures), "--quiet"]) == 0
+    return longer, json.loads(figures.read_text()), page
+
+
 def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(
-    identified, campaign, tmp_path, capsys, monkeypatch
+    identified, campaign, extended, tmp_path, capsys, monkeypatch
 ):
     calibration, _ = identified
     report = tmp_path / "diagnosis.html"
@@ -79,26 +89,35 @@ def test_diagnose_extend_and_compare_lead_from_the_gap_to_the_noise(
     assert found["next_run"] is None
     assert found["ranking"][0]["parameters"]["stiffness_n_m"]["unit"] == "N/m"
     assert report.stat().st_size < 3_000_000
-    longer, page = tmp_path / "extended.yaml", tmp_path / "extended.html"
-    extended = _json(
-        capsys, "extend", calibration, campaign, "--effect", "gas_spring", "-o", longer, "--report", page
-    )
-    assert extended["effects"] == ["gas_spring"]
-    assert extended["rmse_after_n"] < 6.0 < extended["rmse_before_n"]
-    assert extended["held_out"]
+    longer, said, page = extended
+    assert said["effects"] == ["gas_spring"]
+    assert said["rmse_after_n"] < 6.0 < said["rmse_before_n"]
+    assert said["held_out"]
     assert page.stat().st_size < 3_000_000
     history = load_calibration(longer).provenance.history
     assert [step.effects for step in history][-1] == ("gas_spring",)
     assert _json(capsys, "compare", longer, campaign)["rmse_n"] < 6.0
-    again = _json(capsys, "diagnose", longer, campaign)
+
+
+@pytest.mark.long
+def test_of_a_model_that_has_the_effect_nothing_is_missing(campaign, extended, capsys, monkeypatch):
+    among(monkeypatch, "gas_spring", "fluid_inertia", "coulomb_friction", "end_stop", "viscous_damping")
+    again = _json(capsys, "diagnose", extended[0], campaign)
     assert (again["verdict"], again["effects"]) == ("none", [])
-    plain = tmp_path / "plain.yaml"
+
+
+@pytest.mark.long
+def test_an_effect_is_taken_out_again(campaign, extended, tmp_path, capsys):
+    longer, plain = extended[0], tmp_path / "plain.yaml"
     removed = _json(capsys, "extend", longer, campaign, "--remove", "gas_spring", "-o", plain)
     assert removed["effects"] == []
     assert [step["effects"] for step in removed["steps"]] == [["gas_spring"], []]
     assert removed["rmse_before_n"] < 6.0 < removed["rmse_after_n"]
-    both = ["--effect", "gas_spring", "--remove", "gas_spring", "-o", str(plain)]
-    assert main(["extend", str(longer), str(campaign), *both, "--quiet"]) == 2
+
+
+def test_an_effect_is_not_added_and_taken_out_at_once(campaign, extended, tmp_path, capsys):
+    both = ["--effect", "gas_spring", "--remove", "gas_spring", "-o", str(tmp_path / "plain.yaml")]
+    assert main(["extend", str(extended[0]), str(campaign), *both, "--quiet"]) == 2
     assert capsys.readouterr().err.startswith("error: --remove: gas_spring is to be added as well")
 
 

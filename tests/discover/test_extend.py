@@ -1,6 +1,8 @@
 """Extending a model by what a diagnosis found leaves away what runs that were left out speak against."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,11 +12,68 @@ from hidden import one_frequency
 
 from mrctl.cli.extend import _doubts
 from mrctl.discover import extend as module
+from mrctl.discover.evidence import Evidence
 from mrctl.discover.extend import WORSE, extend
+from mrctl.discover.fits import refit
+from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.records import Record
 from mrctl.model.damper import Span
+from mrctl.model.effects.base import Effect
 from mrctl.model.effects.registry import effects
 
 FIRST, SECOND = "gas_spring", "force_offset"
+SPRING = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
+
+
+@cache
+def _springy():
+    """Runs of a damper with a spring."""
+    return one_frequency({FIRST: SPRING})
+
+
+@cache
+def _seen():
+    """The same as nothing has been found in them yet: what makes it ready is not asked of each test."""
+    return Evidence.of(_springy())
+
+
+def _key(value):
+    """What tells a fit's argument from another's."""
+    match value:
+        case JointFit():
+            return value.theta.tobytes()
+        case Record():
+            return len(value)
+        case Effect():
+            return value.name
+        case Mapping():
+            return tuple((name, _key(one)) for name, one in value.items())
+        case list() | tuple():
+            return tuple(map(_key, value))
+    return repr(value)
+
+
+_FITS = {}
+
+
+@pytest.fixture(autouse=True)
+def fitted_once(monkeypatch):
+    """What is chosen among fits is tested here: the same fit is made once, and no filter of an inverse."""
+
+    def once(name):
+        make = getattr(refit, name)
+
+        def made(*arguments, **named):
+            key = (name, _key(arguments), _key(named))
+            if key not in _FITS:
+                _FITS[key] = make(*arguments, **named)
+            return _FITS[key]
+
+        return made
+
+    for name in ("fitted", "with_one_more", "with_one_of"):
+        monkeypatch.setattr(module, name, once(name))
+    monkeypatch.setattr(module, "damper_of", lambda _: None)
 
 
 @pytest.mark.parametrize(
@@ -31,11 +90,9 @@ def test_an_effect_with_which_left_out_runs_are_predicted_worse_is_refused(
     """rise: of the error on the runs left out, with the second effect."""
     errors = {0: 100.0, 1: 50.0, 2: 50.0 * rise}
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: errors[len(fit.model.effects.chosen)])
-    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     monkeypatch.setattr(module, "is_nothing", lambda *_: False)
-    campaign = one_frequency({FIRST: spring})
     added = [effects()[name] for name in (FIRST, SECOND)]
-    result = extend(campaign, (), added, falling=falling)
+    result = extend(_springy(), (), added, evidence=_seen(), falling=falling)
     assert result.effects == kept
     assert result.refused == refused
     assert [e.name for e in result.fit.model.effects.chosen] == list(kept)
@@ -63,9 +120,8 @@ def test_an_effect_that_is_refused_alone_is_asked_again_beside_what_comes_after_
 def test_an_effect_that_ends_as_nothing_is_added_only_where_it_was_asked_for(monkeypatch, falling, kept):
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
     monkeypatch.setattr(module, "is_nothing", lambda effect, _values: effect.name == SECOND)
-    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     added = [effects()[name] for name in (FIRST, SECOND)]
-    result = extend(one_frequency({FIRST: spring}), (), added, falling=falling)
+    result = extend(_springy(), (), added, evidence=_seen(), falling=falling)
     assert result.effects == kept
     assert result.refused == ((SECOND,) if falling else ())
 
@@ -95,9 +151,8 @@ def test_a_part_of_the_truth_must_help_with_motions_left_out(monkeypatch, unseen
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
     monkeypatch.setattr(module.Unseen, "of", lambda fit, *_: _Motions(len(fit.model.effects.chosen), refuses))
     monkeypatch.setattr(module, "is_nothing", lambda *_: False)
-    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     added = [effects()[name] for name in (FIRST, SECOND)]
-    result = extend(one_frequency({FIRST: spring}), (), added, falling=True, unseen=unseen)
+    result = extend(_springy(), (), added, evidence=_seen(), falling=True, unseen=unseen)
     assert result.effects == kept
     assert result.refused == refused
 
@@ -112,8 +167,7 @@ def test_a_part_of_the_truth_must_help_as_measured_where_runs_differ_in_scale(mo
     monkeypatch.setattr(module, "error_on", error_on)
     monkeypatch.setattr(module, "scatters", lambda _: True)
     monkeypatch.setattr(module.Unseen, "of", lambda fit, *_: _Motions(len(fit.model.effects.chosen), 3))
-    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
-    result = extend(one_frequency({FIRST: spring}), (), [effects()[FIRST]], falling=True, unseen=unseen)
+    result = extend(_springy(), (), [effects()[FIRST]], evidence=_seen(), falling=True, unseen=unseen)
     assert result.effects == kept
 
 
@@ -157,10 +211,9 @@ def test_of_rivals_the_one_is_taken_that_foretells_best(monkeypatch, errors, run
     monkeypatch.setattr(module, "error_on", error_on)
     monkeypatch.setattr(module.Unseen, "of", _Named)
     monkeypatch.setattr(_Named, "errors", errors, raising=False)
-    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     first, second = (effects()[name] for name in (FIRST, SECOND))
     result = extend(
-        one_frequency({FIRST: spring}), (), [first], falling=True, unseen={FIRST, SECOND},
+        _springy(), (), [first], evidence=_seen(), falling=True, unseen={FIRST, SECOND},
         instead={FIRST: [second]},
     )  # fmt: skip
     assert result.effects == kept
@@ -177,20 +230,18 @@ def test_a_part_of_the_truth_must_take_of_motions_left_out_a_share_of_what_it_ta
     )
     monkeypatch.setattr(module.Unseen, "of", _Named)
     monkeypatch.setattr(_Named, "errors", {FIRST: motions}, raising=False)
-    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     added = [effects()[FIRST]]
-    result = extend(one_frequency({FIRST: spring}), (), added, falling=True, unseen={FIRST})
+    result = extend(_springy(), (), added, evidence=_seen(), falling=True, unseen={FIRST})
     assert result.effects == kept
 
 
 def test_a_rival_that_is_in_the_model_already_is_not_added_twice(monkeypatch):
     monkeypatch.setattr(module, "error_on", lambda fit, *_, **_scaled: 100.0 - len(fit.model.effects.chosen))
-    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
     first, second = (effects()[name] for name in (FIRST, SECOND))
     monkeypatch.setattr(module.Unseen, "of", _Named)
     monkeypatch.setattr(_Named, "errors", {FIRST: 9.0, SECOND: 8.0}, raising=False)
     result = extend(
-        one_frequency({FIRST: spring}), (), [first, second], falling=True, unseen={FIRST, SECOND},
+        _springy(), (), [first, second], evidence=_seen(), falling=True, unseen={FIRST, SECOND},
         instead={FIRST: [second]},
     )  # fmt: skip
     assert result.effects == (SECOND,)
@@ -200,8 +251,7 @@ def test_a_rival_that_is_in_the_model_already_is_not_added_twice(monkeypatch):
 @pytest.mark.parametrize("given", [True, False])
 def test_a_model_that_has_been_found_is_begun_at(monkeypatch, given):
     """A base that has made up for an effect may lead its fit back to none; given, or found by itself."""
-    spring = {"preload_n": 0.0, "stiffness_n_m": 3000.0, "progression_per_m": 0.0}
-    campaign, (gas,) = one_frequency({FIRST: spring}), (effects()[FIRST],)
+    campaign, gas = _springy(), effects()[FIRST]
     found = extend(campaign, (), [gas]).fit if given else None
     monkeypatch.setattr(
         module,
