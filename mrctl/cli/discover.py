@@ -79,7 +79,6 @@ def run(args: argparse.Namespace) -> int:
         write_discovery(result, diagnosis, campaign, Path(args.report), shlex.join(words))
     if write_figures(args, figures):
         print_diagnosis(result.diagnosis, diagnosis)
-        print()
         print_extension(figures, args.output)
         if left_out.runs:
             for what, figure in figures["left_out"].items():

@@ -127,12 +127,11 @@ def _check_names(args: argparse.Namespace, has: set[str]) -> None:
 def print_extension(figures: dict[str, Any], output: str) -> None:
     """The error falling, and the parameters."""
     floor = figures["noise_floor_n"]
+    print(f"\nHeld out, seen by no fit: {', '.join(figures['held_out'])}")
     for step in figures["steps"]:
-        print(
-            f"{step['rmse_n']:10.3g} N held out with {', '.join(step['effects']) or 'the base model alone'}"
-        )
+        print(f"{step['rmse_n']:10.3g} N with {', '.join(step['effects']) or 'the base model alone'}")
     print(f"{'not known' if floor is None else f'{floor:10.3g} N'} noise")
     for name, parameters in figures["parameters"].items():
         print_parameters(name, parameters, figures["derived"][name])
     print_unsaid(figures["not_identified"])
-    print(f"\nheld out: {', '.join(figures['held_out'])}\nwritten: {output}")
+    print(f"\nwritten: {output}")

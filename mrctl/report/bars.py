@@ -121,10 +121,10 @@ def waterfall(
                 continue
             before = float(values[row - 1]) if row and math.isfinite(values[row - 1]) else value
             kept, moved = sorted((x.at(value), x.at(before)))
-            out.append(_rect(x.start, top, kept - x.start, thick, "rest s0" if row else "bar s0"))
-            if row:
+            out.append(_rect(x.start, top, kept - x.start, thick, "bar s0"))
+            if row:  # what is gone is pale beside what is left
                 out.append(
-                    _rect(kept, top, moved - kept, thick, "bar good" if value <= before else "bar bad")
+                    _rect(kept, top, moved - kept, thick, "rest good" if value <= before else "bar bad")
                 )
                 edge = x.at(before)
                 out.append(element("path", class_="frame", d=f"M{number(edge)} {number(top - 9)}v9"))

@@ -58,7 +58,7 @@ def format_column(values: Sequence[float | None], digits: int = 3) -> list[str]:
     fewest = decimals_for(max(plain), digits)
     decimals = min(max(fewest, decimals_for(min(plain), digits - 1)), fewest + 2)
     return [
-        f"{v:.{decimals}f}" if v is not None and (v == 0 or abs(v) in plain) else format_number(v, digits)
+        f"{v:z.{decimals}f}" if v is not None and (v == 0 or abs(v) in plain) else format_number(v, digits)
         for v in values
     ]
 
@@ -97,7 +97,7 @@ def format_interval(
         text = f"{value:.3g} ({low:.3g} … {high:.3g})"
     else:
         decimals = min(decimals_for((high - low) / 2, digits), 8)
-        text = f"{value:.{decimals}f} ({low:.{decimals}f} … {high:.{decimals}f})"
+        text = f"{value:z.{decimals}f} ({low:z.{decimals}f} … {high:z.{decimals}f})"
     return f"{text} {unit}".rstrip()
 
 

@@ -59,6 +59,7 @@ def test_an_interval_sets_the_decimals_of_its_value() -> None:
     assert format_interval(0.01234, 0.0119, 0.0128, "s") == "0.01234 (0.01190 … 0.01280) s"
     assert format_interval(2.0, None, 3.0, "A") == "2.00 A"
     assert format_interval(math.nan, 1.0, 2.0, "A") == MISSING
+    assert format_interval(-0.001, -0.9, 0.9, "N") == "0.00 (-0.90 … 0.90) N"  # no -0.00
 
 
 def test_numbers_below_each_other_share_their_decimals() -> None:

@@ -38,6 +38,7 @@ def write_discovery(
             extension.fit,
             records,
             campaign,
+            extension.held_out,
         )
         page.paragraph(f"Now: **{result.verdict}**. {result.words}")
     parts.what_next(page, told)

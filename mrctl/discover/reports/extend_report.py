@@ -11,7 +11,7 @@ from mrctl.discover.reports import report_parts as parts
 from mrctl.discover.reports.inputs import inputs_of
 from mrctl.measurements.run import Campaign
 from mrctl.report.page import Card, Page
-from mrctl.report.quantity import format_interval, format_quantity
+from mrctl.report.quantity import format_quantity
 
 
 def write_extension(
@@ -50,14 +50,12 @@ def draw_extension(page: Page, result: Extension, figures: parts.Figures, campai
                 name,
                 "in the calibration",
                 "good",
-                [
-                    (key, format_interval(p["value"], p["ci95"][0], p["ci95"][1], p["unit"]))
-                    for key, p in figures["parameters"][name].items()
-                    if p["ci95"] is not None
-                ],
+                parts.parameter_values(name, figures["parameters"][name]),
             )
             for name in result.effects
         ]
     )
     records = Evidence.of(campaign).full
-    parts.what_it_becomes(page, result.steps, floor, result.base, result.fit, records, campaign)
+    parts.what_it_becomes(
+        page, result.steps, floor, result.base, result.fit, records, campaign, result.held_out
+    )

@@ -16,6 +16,7 @@ from mrctl.discover.verdict.structure import Map
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
 from mrctl.measurements.run import Campaign
+from mrctl.model.effects.registry import effects
 from mrctl.report.bars import Bars, Reference, bar_plot, waterfall
 from mrctl.report.heatmap import heat_map
 from mrctl.report.page import Card, Page
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 Figures = Mapping[str, Any]
 
 SHOWN_S = 3.0
+NAMED = 4  # runs left out; a page is no list of files
 TONES: dict[str, Tone] = {"none": "good", "found": "good", "ambiguous": "warn", "unexplained": "bad"}
 TITLES = {
     "none": "Nothing is missing",
@@ -83,7 +85,6 @@ def what_is_missing(page: Page, d: Diagnosis, figures: Figures) -> None:
             d.verdict,
             TONES[d.verdict],
             [("explained", f"{explained_percent(d):.0f} % of what can be removed")] if d.found else [],
-            text=figures["words"],
         )
     ]
     named = {one["effect"]: one for one in figures["found"]}
@@ -115,9 +116,7 @@ def what_is_missing(page: Page, d: Diagnosis, figures: Figures) -> None:
 
 def _candidate(name: str, entry: Figures | None, found: Figures | None) -> Card:
     source = found or entry or {}
-    values = [
-        (key, _parameter(p)) for key, p in source.get("parameters", {}).items() if p["ci95"] is not None
-    ]
+    values = parameter_values(name, source.get("parameters", {}))
     values += [(key, format_quantity(p["value"], p["unit"])) for key, p in source.get("derived", {}).items()]
     if entry is not None:
         values.append(("removes", f"{entry['removed_percent']:.1f} % by itself"))
@@ -130,8 +129,22 @@ def _candidate(name: str, entry: Figures | None, found: Figures | None) -> Card:
     return Card(name, badge, tone, values, entry["equation"] if entry else "", words)  # type: ignore[arg-type]
 
 
-def _parameter(p: Figures) -> str:
-    return format_interval(p["value"], p["ci95"][0], p["ci95"][1], p["unit"])
+def parameter_values(name: str, parameters: Mapping[str, Figures]) -> list[tuple[str, str]]:
+    """An effect's parameters as a card shows them: with intervals, or where they were held or at a bound.
+
+    Those that are as if they were not there, and were not moved, are left away.
+    """
+    values = []
+    for known in effects()[name].parameters:
+        p = parameters.get(known.name)
+        if p is None:
+            continue
+        if p["ci95"] is not None:
+            values.append((known.name, format_interval(p["value"], p["ci95"][0], p["ci95"][1], p["unit"])))
+        elif p["value"] != known.neutral:
+            at = ", at its bound" if p["value"] in {known.low, known.high} else ", not moved by this data"
+            values.append((known.name, format_quantity(p["value"], p["unit"]) + at))
+    return values
 
 
 def _maps(page: Page, d: Diagnosis) -> None:
@@ -153,13 +166,16 @@ def _map(one: Map) -> Any:  # noqa: ANN401 - the kit's figure
 
 def what_it_becomes(
     page: Page, steps: Sequence[tuple[Sequence[str], float]], floor: float | None, before: JointFit,
-    after: JointFit, records: Sequence[Record], campaign: Campaign,
+    after: JointFit, records: Sequence[Record], campaign: Campaign, left_out: Sequence[str] = (),
 ) -> None:  # fmt: skip
-    """The held-out error falling, and the runs before and after."""
+    """The held-out error falling, and the runs before and after.
+
+    left_out: the runs that it is the error on; without names, parts of all runs were left out in turn.
+    """
     page.section("What it becomes", "The held-out error step by step, and the runs with both models.")
     page.figure(
         falling_error(steps, floor),
-        "Each effect is fitted together with the base; the runs left out are the same at each step.",
+        f"Each effect is fitted together with the base. {_held_out(left_out)}",
     )
     old, new = (f.model.on(records).predict(f.theta) for f in (before, after))
     errors = [_at_samples(r, y) for r, y in zip(records, old, strict=True)]
@@ -168,15 +184,22 @@ def what_it_becomes(
     spectra = []
     for k in chosen:
         _run(page, records[k], campaign.runs[records[k].run].name, old[k], new[k])
-        for label, y in (("before", old[k]), ("after", new[k])):
+        for label, y, colour in (("before", old[k], 1), ("after", new[k], 0)):
             f, density = spectrum(_at_samples(records[k], y), records[k].rate_hz / records[k].finer)
             keep = (f > 0.0) & (density > 0.0)
             if k == int(order[0]):
-                spectra.append(Series(label, f[keep], np.sqrt(density[keep])))
+                spectra.append(Series(label, f[keep], np.sqrt(density[keep]), colour=colour))
     page.figure(
         line_plot("What is left, by frequency", "Frequency (Hz)", "N/√Hz", spectra, x_log=True, y_log=True),
         "The run with the largest error before. White noise is level.",
     )
+
+
+def _held_out(names: Sequence[str]) -> str:
+    if not names:
+        return "Parts of all runs were left out of the fits in turn, and the error is that on them."
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return f"The error is that on runs that no fit here has seen: {', '.join(names[:NAMED])}{more}."
 
 
 def falling_error(steps: Sequence[tuple[Sequence[str], float]], floor: float | None) -> Figure:

@@ -9,6 +9,7 @@ import pytest
 
 from mrctl.discover.reports import report_parts as parts
 from mrctl.discover.reports.report_parts import falling_error
+from mrctl.model.effects.registry import effects
 from mrctl.report.page import Page
 
 
@@ -52,3 +53,30 @@ def test_each_step_says_what_was_added_or_taken_away(monkeypatch, steps, labels)
     monkeypatch.setattr(parts, "waterfall", lambda *args, **_: told.extend(label for label, _ in args[2]))
     falling_error([(names, 1.0) for names in steps], None)
     assert told == labels
+
+
+def test_a_card_shows_what_is_at_a_bound_and_leaves_away_what_is_as_if_not_there():
+    def p(value, ci95=None, unit="1"):
+        return {"value": value, "unit": unit, "ci95": ci95}
+
+    parameters = {
+        "compliance_m_n": p(1e-6, [0.9e-6, 1.1e-6], "m/N"),
+        "hardening_per_m2": p(0.0, None, "1/m2"),
+    }
+    shown = dict(parts.parameter_values("mount_compliance", parameters))
+    assert list(shown) == ["compliance_m_n"]
+    creep = next(known for known in effects()["preyield_stiffness"].parameters if known.name == "creep")
+    shown = parts.parameter_values("preyield_stiffness", {"creep": p(creep.high), "yield_length_m": p(1e-3)})
+    assert [text.partition(",")[2] for _, text in shown] == [" not moved by this data", " at its bound"]
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ((), "left out of the fits in turn"),
+        (("a.csv", "b.csv"), "a.csv, b.csv."),
+        ("abcdef", "d and 2 more."),
+    ],
+)
+def test_the_falling_error_says_what_it_is_the_error_on(names, said):
+    assert parts._held_out(names).partition(said)[1] == said
