@@ -46,8 +46,8 @@ def labels(folds: tuple[int, ...], size: int) -> Ints:
 def covered(record: Record, others: Sequence[Record]) -> bool:
     """Whether other records reach this one's current, temperature and speed."""
     low, high = float(record.current_a.min()), float(record.current_a.max())
-    if high - low < SAME_A:
-        middle = 0.5 * (low + high)
+    middle = _steady_a(record)
+    if middle is not None:
         current = any(float(np.mean(np.abs(r.current_a - middle) < SAME_A)) > 0.1 for r in others)
     else:
         current = any(
@@ -59,3 +59,18 @@ def covered(record: Record, others: Sequence[Record]) -> bool:
     speed = SAME_SPEED * float(np.abs(record.velocity_m_s).max())
     fast = any(float(np.abs(r.velocity_m_s).max()) >= speed for r in others)
     return current and temperature and fast
+
+
+def held_as_long(record: Record, others: Sequence[Record]) -> bool:
+    """Whether another record holds the current that this one holds; true where it holds none."""
+    current = _steady_a(record)
+    if current is None:
+        return True
+    held = (_steady_a(other) for other in others)
+    return any(other is not None and abs(other - current) < SAME_A for other in held)
+
+
+def _steady_a(record: Record) -> float | None:
+    """The current in A where it is one throughout."""
+    low, high = float(record.current_a.min()), float(record.current_a.max())
+    return 0.5 * (low + high) if high - low < SAME_A else None

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.folds import covered
+from mrctl.discover.fits.folds import covered, held_as_long
 from mrctl.discover.fits.grow import grown_by, grown_by_each
 from mrctl.discover.fits.settle import WORTH_FREEING
 from mrctl.discover.fits.trusting import as_plain
@@ -61,12 +61,11 @@ def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record]
     ready = records if ready is None else ready
     both = zip(records, ready, strict=True)
     records = [replace(r, before_a=told.before_a, warmer_k=told.warmer_k) for r, told in both]
-    chosen: list[int] = []
-    spare = [n for n, r in enumerate(records) if covered(r, [o for m, o in enumerate(records) if m != n])]
-    for n in spare[1 :: max(1, len(spare) * HELD_OUT_SHARE // max(len(records), 1))]:
-        rest = [o for m, o in enumerate(records) if m not in {n, *chosen}]
-        if len(chosen) < max(1, len(records) // HELD_OUT_SHARE) and covered(records[n], rest):
-            chosen.append(n)
+    # A steady current that the rest has in passing only is told there less well than where it is held.
+    chosen = _spread(records, covered)
+    better = _spread(records, lambda r, rest: covered(r, rest) and held_as_long(r, rest))
+    if 2 * len(better) >= len(chosen):
+        chosen = better
     if chosen:
         held = [records[n] for n in chosen]
         runs = [campaign.runs[r.run] for r in held]
@@ -84,6 +83,17 @@ def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record]
         tuple(f"{run.name} (last quarter)" for run in runs),
         floor,
     )
+
+
+def _spread(records: Sequence[Record], spare: Callable[[Record, Sequence[Record]], bool]) -> list[int]:
+    """Of the records that are spare beside all others, some far apart that are beside what they leave."""
+    every = [n for n, r in enumerate(records) if spare(r, [o for m, o in enumerate(records) if m != n])]
+    chosen: list[int] = []
+    for n in every[1 :: max(1, len(every) * HELD_OUT_SHARE // max(len(records), 1))]:
+        rest = [o for m, o in enumerate(records) if m not in {n, *chosen}]
+        if len(chosen) < max(1, len(records) // HELD_OUT_SHARE) and spare(records[n], rest):
+            chosen.append(n)
+    return chosen
 
 
 def fitted(
