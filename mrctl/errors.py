@@ -15,6 +15,8 @@ from pathlib import Path
 
 from mrctl.printable import printable
 
+FILES_TOLD = 3  # that have the same problem are named one by one
+
 
 @dataclass(frozen=True, slots=True, order=True)
 class Problem:
@@ -29,6 +31,23 @@ class Problem:
         """`FILE[:LINE]: what is wrong; the mend`, on one line whatever a file is called."""
         place = self.file if self.line is None else f"{self.file}:{self.line}"
         return printable(f"{place}: {self.what}" + (f"; {self.mend}" if self.mend else ""))
+
+
+def lines_of(problems: Iterable[Problem]) -> list[str]:
+    """The problems, a line each; of those that many files have alike, the first and how many more have it."""
+    every = list(problems)
+    alike: dict[tuple[int | None, str, str], list[Problem]] = {}
+    for problem in every:
+        alike.setdefault((problem.line, problem.what, problem.mend), []).append(problem)
+    lines = []
+    for problem in every:
+        same = alike[problem.line, problem.what, problem.mend]
+        if len(same) <= FILES_TOLD:
+            lines.append(str(problem))
+        elif problem is same[0]:
+            more, last = len(same) - 1, printable(same[-1].file)
+            lines.append(f"{problem} (the same in {more} more files, the last of them {last})")
+    return lines
 
 
 class MrctlError(Exception):

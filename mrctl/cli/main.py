@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Protocol
 
 import mrctl
-from mrctl.errors import InputError, MrctlError, Problem
+from mrctl.errors import InputError, MrctlError, Problem, lines_of
 from mrctl.printable import printable
 
 # In the order of a user's way; the summaries stand here so that `mrctl --help` imports no command.
@@ -102,7 +102,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         status: int = args.run(args)
         sys.stdout.flush()
     except MrctlError as error:
-        lines = [str(p) for p in error.problems] if isinstance(error, InputError) else [printable(str(error))]
+        lines = lines_of(error.problems) if isinstance(error, InputError) else [printable(str(error))]
         for line in lines:
             print(f"error: {line}", file=sys.stderr)
         return error.exit_status

@@ -14,6 +14,7 @@ import pytest
 
 from mrctl.cli import discover as discovering
 from mrctl.cli.main import COMMANDS, main
+from mrctl.errors import FILES_TOLD, Problem, lines_of
 from mrctl.model.filters import FilterError
 from mrctl.share_path import share_file
 
@@ -177,3 +178,15 @@ def test_what_discover_fits_to_compare_with_is_a_part_of_its_progress(tmp_path, 
     assert "cannot go on; measure at 500 Hz or faster" in capsys.readouterr().err
     share = discovering.IDENTIFY_SHARE
     assert shown == [(share, "identified"), (share, "begun"), (1.0, "found"), "closed"]
+
+
+def test_what_many_files_have_wrong_alike_is_said_once_and_in_order():
+    alike = [Problem(f"{k}.csv", 1, "a column is missing", "add it") for k in range(FILES_TOLD + 1)]
+    other = Problem("1.csv", 7, "no number", "mend it")
+    lines = lines_of([alike[0], other, *alike[1:]])
+    assert lines == [
+        f"{alike[0]} (the same in {FILES_TOLD} more files, the last of them {FILES_TOLD}.csv)",
+        str(other),
+    ]
+    few = [alike[0], other, *alike[1:-1]]
+    assert lines_of(few) == [str(problem) for problem in few]
