@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.identify import base
-from mrctl.identify.finish import NEAR_ZERO_A
+from mrctl.identify.finish import FAR_APART_C, NEAR_ZERO_A
 from mrctl.identify.hysteresis import as_filter
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
@@ -126,12 +127,26 @@ def _temperature(fit: JointFit) -> list[Finding]:
     if not layout.two_states:
         off = bool(layout.current_a[0] < NEAR_ZERO_A)
         which, other = ("on", "off") if off else ("off", "on")
-        return [Finding("h", f"no run in the {which} state: taken as in the {other} state", measure)]
+        found = [Finding("h", f"no run in the {which} state: taken as in the {other} state", measure)]
+        return [*found, *_between(layout.temperature_c)]
+    found = _between(layout.temperature_c)
     unseen = ", ".join(f"{x:.0f}" for x in layout.temperature_c[layout.off_unseen])
     if unseen:
         what = f"nothing measured without current near {unseen} degC: taken much as with current"
-        return [Finding("h", what, f"measure at {layout.current_a[0]:.2g} A at {unseen} degC too")]
-    return []
+        found.append(Finding("h", what, f"measure at {layout.current_a[0]:.2g} A at {unseen} degC too"))
+    return found
+
+
+def _between(temperature_c: Array) -> list[Finding]:
+    gaps = [(low, high) for low, high in pairwise(temperature_c) if high - low > FAR_APART_C]
+    return [
+        Finding(
+            "h",
+            f"nothing measured between {low:.0f} and {high:.0f} degC: taken to change by one share a degree",
+            f"measure the same motion near {0.5 * (low + high):.0f} degC",
+        )
+        for low, high in gaps
+    ]
 
 
 def _carried(fit: JointFit, damper: Damper) -> list[Finding]:

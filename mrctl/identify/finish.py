@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mrctl.identify.inverse_filter import design_inverse_filter
 from mrctl.identify.joint_fit import JointFit
+from mrctl.identify.knots import filled
 from mrctl.identify.layout import Layout, Tables
 from mrctl.identify.portable import portable
 from mrctl.model.damper import Damper, EffectSetting, Span
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 NEAR_ZERO_A = 0.05  # a lowest knot below this is the force without current
 LEAST_OFF_SHARE = 0.2  # f at 0 A is taken as no less than this share of f at the lowest current measured
 UNKNOWN_RISE = 1e-3  # relative rise of f with the current where only one current was measured
+FAR_APART_C = 15.0  # temperatures that were held further apart have nothing measured between them
 NARROW_C = 1.0  # half the width of a temperature range where there is but one
 REFINE_CUTOFF_HZ = 60.0
 SLEW_A_S = 100.0
@@ -101,6 +103,11 @@ def complete_tables(layout: Layout, t: Tables) -> StaticTables:
     if temperature.size == 1:
         temperature = temperature[0] + NARROW_C * np.array([-1.0, 1.0])
         h_on, h_off = np.ones(2), np.ones(2)
+    else:
+        # Where nothing was measured a fluid thins by so much a degree: a chord would lie above that.
+        between = filled(temperature, FAR_APART_C)
+        h_on, h_off = (np.exp(np.interp(between, temperature, np.log(h))) for h in (h_on, h_off))
+        temperature = between
     low = max(0.0, min(low, high))
     for share in (1.0, 0.75, 0.5, 0.25, 0.0):
         # Where f rises less through the transition than h falls, h off gives way.

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from mrctl.identify.effects_fit import Effects
-from mrctl.identify.findings import _temperature
+from mrctl.identify.findings import _between, _temperature
+from mrctl.identify.finish import complete_tables
 from mrctl.identify.joint import JointModel
 from mrctl.identify.records import Record
 from mrctl.identify.start import as_warm_as_measured, layout_for, start_values
@@ -121,3 +122,30 @@ def test_that_no_run_without_current_was_warmer_than_the_case_is_nothing_to_tell
     model = JointModel(layout_for(records, order=1, warmer_k=60.0), records)
     assert model.layout.temperature_c[-1] > 100.0
     assert _temperature(model.fit(start_values(model), rounds=1)) == []
+
+
+@pytest.mark.parametrize(("cases_c", "by_k"), [([24.0, 64.0], -0.008), ([10.0, 24.0, 60.0], 0.004)])
+def test_between_temperatures_far_apart_h_changes_by_one_share_a_degree(cases_c, by_k):
+    """A chord would be off by what (by_k gap)^2 / 8 says, 0.3 and 1.3 %, in its middle."""
+    records = _records(cases_c, by_k)
+    layout = layout_for(records, order=1)
+    model = JointModel(layout, records)
+    fit = model.fit(start_values(model))
+    written = complete_tables(layout, fit.tables)
+    middle_c = 0.5 * (cases_c[-2] + cases_c[-1])
+    made = np.interp([cases_c[-2], middle_c, cases_c[-1]], written.temperature_c, written.h_on)
+    assert made[1] == pytest.approx(np.sqrt(made[0] * made[2]), rel=2e-3)
+    assert set(layout.temperature_c) <= set(written.temperature_c)
+    assert len(written.h_off) == len(written.h_on) == len(written.temperature_c)
+    (told,) = _between(layout.temperature_c)
+    assert f"between {cases_c[-2]:.0f} and {cases_c[-1]:.0f} degC" in told.what
+
+
+def test_temperatures_at_hand_are_written_as_they_were_fitted():
+    records = _records([24.0, 38.0, 52.0], -0.005)
+    model = JointModel(layout_for(records, order=1), records)
+    fit = model.fit(start_values(model))
+    written = complete_tables(model.layout, fit.tables)
+    assert written.temperature_c == pytest.approx(model.layout.temperature_c)
+    assert written.h_on == pytest.approx(fit.tables.h_on)
+    assert _between(model.layout.temperature_c) == []
