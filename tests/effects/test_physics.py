@@ -128,10 +128,30 @@ def test_a_direction_that_saturates_later_is_asymmetric_at_any_current():
         ratio,
         i,
         want,
-        p0=(0.0, 2.0, 2.0, -2.0, 1.0),
-        bounds=([-9.0, -50.0, 0.0, -500.0, 1.0], [9.0, 50.0, 100.0, 500.0, 6.0]),
+        p0=(0.0, 2.0, 2.0, -2.0, 1.0, 0.0),
+        bounds=([-9.0, -50.0, 0.0, -500.0, 1.0, -50.0], [9.0, 50.0, 100.0, 500.0, 6.0, 50.0]),
     )
     assert np.max(np.abs(ratio(i, *p) - want)) < 0.015
+
+
+def test_compression_with_a_force_of_its_own_without_current_too_is_an_asymmetry():
+    """What the ratio of two such curves does is over at small currents, and goes on slowly from there."""
+    i = np.linspace(0.0, 1.2, 61)
+    rebound = 12.0 + 140.0 * np.tanh(i / 0.5)
+    compression = 24.0 + 105.0 * i**1.5 / (i**1.5 + 0.5**1.5)
+
+    def force(i, *p):
+        step = effects()["rebound_asymmetry"].step
+        return rebound * np.array([step(p, [], -0.1, 0.0, one, 40.0, 0.001) for one in i])
+
+    p, _ = curve_fit(
+        force,
+        i,
+        compression,
+        p0=(1.0, -25.0, 18.0, 0.0, 1.0, 0.0),
+        bounds=([-9.0, -50.0, 0.0, -500.0, 1.0, -50.0], [9.0, 50.0, 100.0, 500.0, 6.0, 50.0]),
+    )
+    assert np.max(np.abs(force(i, *p) - compression)) < 0.005 * compression.max()
 
 
 def test_an_asymmetry_that_sets_in_late_and_then_levels_off_is_one():
@@ -139,7 +159,7 @@ def test_an_asymmetry_that_sets_in_late_and_then_levels_off_is_one():
     want = 1.0 - 0.36 * np.tanh(i / 0.7) ** 2
 
     def factor(i, at_once, late, bend, sharpness):
-        p = (0.0, at_once, bend, late, sharpness)
+        p = (0.0, at_once, bend, late, sharpness, 0.0)
         return np.array([step(p, [], -0.1, 0.0, one, 40.0, 0.001) for one in i])
 
     begin, ends = (0.0, -0.3, 1.0, 2.0), ([-50.0, -500.0, 0.0, 1.0], [50.0, 500.0, 100.0, 6.0])

@@ -184,6 +184,7 @@ COMPARED = {
             "bend_per_a",
             "compression_change_per_a2",
             "sharpness",
+            "compression_change_last_per_a",
         ),
         f"{FORM}: tanh(i); what does not change with the current is also g's",
     ),

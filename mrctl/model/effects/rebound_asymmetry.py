@@ -25,12 +25,17 @@ def step(
         return 1.0
     on_a = max(current_a, 0.0)  # a sensor's noise about 0 A is no current
     bent_a = on_a / math.pow(1.0 + math.pow(p[2] * on_a, p[4]), 1.0 / p[4])
-    return max(1.0 + p[0] + p[1] * bent_a + p[3] * bent_a * bent_a, SMALLEST_FACTOR)
+    change = p[0] + p[1] * bent_a + p[3] * bent_a * bent_a + p[5] * (on_a - bent_a)
+    return max(1.0 + change, SMALLEST_FACTOR)
 
 
 def _guesses(_: Ranges) -> list[Vector]:
     # The same at all currents, growing and levelling off, and growing late, then sharply level.
-    return [(-0.15, 0.0, 0.0, 0.0, 1.0), (0.0, -0.3, 1.0, 0.0, 1.0), (0.0, 0.0, 1.0, -0.3, 2.0)]
+    return [
+        (-0.15, 0.0, 0.0, 0.0, 1.0, 0.0),
+        (0.0, -0.3, 1.0, 0.0, 1.0, 0.0),
+        (0.0, 0.0, 1.0, -0.3, 2.0, 0.0),
+    ]
 
 
 EFFECT = Effect(
@@ -39,7 +44,8 @@ EFFECT = Effect(
     summary="Compression is damped by another force than rebound, in a ratio that may change with current.",
     equation=(
         "factor = 1 in rebound (v >= 0), in compression (v < 0) "
-        f"1 + change + change_per_a j + change_per_a2 j^2, at least {SMALLEST_FACTOR:g}; "
+        "1 + change + change_per_a j + change_per_a2 j^2 + change_last_per_a (i1 - j), "
+        f"at least {SMALLEST_FACTOR:g}; "
         "j = i1 / (1 + (bend i1)^sharpness)^(1/sharpness)"
     ),
     source="Separate rebound and compression characteristics; Dixon, The Shock Absorber Handbook.",
@@ -65,7 +71,7 @@ EFFECT = Effect(
             0.03,
             linear=True,
         ),
-        Parameter("bend_per_a", "1/A", 0.0, 0.0, 100.0, 0.0, "how soon that levels off with current", 0.5),
+        Parameter("bend_per_a", "1/A", 0.0, 0.0, 100.0, 1.0, "how soon that levels off with current", 0.5),
         Parameter(
             "compression_change_per_a2",
             "1/A^2",
@@ -87,6 +93,18 @@ EFFECT = Effect(
             1.0,
             "how sharply it levels off",
             0.5,
+            optional=True,
+        ),
+        Parameter(
+            "compression_change_last_per_a",
+            "1/A",
+            0.0,
+            -50.0,
+            50.0,
+            0.0,
+            "what each ampere adds to it at large currents, where the rest has levelled off",
+            0.03,
+            linear=True,
             optional=True,
         ),
     ),

@@ -141,7 +141,7 @@ def test_a_look_at_the_bounds_keeps_no_effect_from_its_place():
     campaign = rich({"rebound_asymmetry": changed})
     evidence = Evidence.of(replace(campaign, runs=campaign.runs[:8]))
     base = evidence.base()
-    fit = grown_by(base.fit, effect("rebound_asymmetry"), (0.0, -50.0, 0.0, -500.0, 1.0))
+    fit = grown_by(base.fit, effect("rebound_asymmetry"), (0.0, -50.0, 0.0, -500.0, 1.0, 0.0))
     assert fit.total < 0.5 * base.fit.total
 
 

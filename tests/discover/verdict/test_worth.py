@@ -191,7 +191,7 @@ def test_an_effect_whose_sizes_are_those_without_it_is_none_whatever_its_shapes(
 
 
 def test_an_asymmetry_that_the_current_alone_makes_is_something():
-    assert not is_nothing(effect("rebound_asymmetry"), (0.0, -0.48, 2.4, 0.0, 2.5))
+    assert not is_nothing(effect("rebound_asymmetry"), (0.0, -0.48, 2.4, 0.0, 2.5, 0.0))
 
 
 @pytest.mark.parametrize(("alike", "told"), [(-0.99, True), (0.0, False), (0.99, False)])
