@@ -28,6 +28,7 @@ def test_a_hidden_effect_is_named_and_measured():
     assert figures["found"][0]["parameters"][key]["value"] == pytest.approx(values[key], rel=0.05)
 
 
+@pytest.mark.long  # the battery's small part asks it of another damper
 def test_nothing_is_found_where_nothing_is_hidden():
     result = diagnose(few(rich(seed=5)))
     assert (result.verdict, result.effects) == ("none", ())
@@ -58,6 +59,7 @@ def test_one_frequency_cannot_tell_a_spring_from_a_mass_and_says_what_can(monkey
     assert result.next_run.separation > 5.0
 
 
+@pytest.mark.long
 def test_one_current_cannot_tell_a_mount_from_a_fluid_that_is_elastic(monkeypatch):
     among(
         monkeypatch, "mount_compliance", "preyield_stiffness", "fluid_inertia", "sensor_delay", "gas_spring"

@@ -42,6 +42,7 @@ def _every_fourth(campaign: Campaign) -> Campaign:
     return replace(campaign, runs=tuple(every(run, 4) for run in campaign.runs))
 
 
+@pytest.mark.long
 def test_the_published_filter_alone_is_no_delay():
     result = diagnose(_campaign(shipped()))
     assert (result.verdict, result.effects) == ("none", ())
