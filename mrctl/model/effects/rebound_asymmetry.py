@@ -71,7 +71,7 @@ EFFECT = Effect(
             0.03,
             linear=True,
         ),
-        Parameter("bend_per_a", "1/A", 0.0, 0.0, 100.0, 1.0, "how soon that levels off with current", 0.5),
+        Parameter("bend_per_a", "1/A", 1.0, 0.0, 100.0, 1.0, "how soon that levels off with current", 0.5),
         Parameter(
             "compression_change_per_a2",
             "1/A^2",
