@@ -42,10 +42,11 @@ def lines_of(problems: Iterable[Problem]) -> list[str]:
     lines = []
     for problem in every:
         same = alike[problem.line, problem.what, problem.mend]
-        if len(same) <= FILES_TOLD:
+        files = list(dict.fromkeys(one.file for one in same))
+        if len(files) <= FILES_TOLD:
             lines.append(str(problem))
         elif problem is same[0]:
-            more, last = len(same) - 1, printable(same[-1].file)
+            more, last = len(files) - 1, printable(files[-1])
             lines.append(f"{problem} (the same in {more} more files, the last of them {last})")
     return lines
 

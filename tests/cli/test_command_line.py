@@ -190,3 +190,4 @@ def test_what_many_files_have_wrong_alike_is_said_once_and_in_order():
     ]
     few = [alike[0], other, *alike[1:-1]]
     assert lines_of(few) == [str(problem) for problem in few]
+    assert lines_of([other] * (FILES_TOLD + 1)) == [str(other)] * (FILES_TOLD + 1)  # of one file
