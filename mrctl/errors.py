@@ -36,17 +36,18 @@ class Problem:
 def lines_of(problems: Iterable[Problem]) -> list[str]:
     """The problems, a line each; of those that many files have alike, the first and how many more have it."""
     every = list(problems)
-    alike: dict[tuple[int | None, str, str], list[Problem]] = {}
+    files: dict[tuple[int | None, str, str], dict[str, None]] = {}
     for problem in every:
-        alike.setdefault((problem.line, problem.what, problem.mend), []).append(problem)
-    lines = []
+        files.setdefault((problem.line, problem.what, problem.mend), {})[problem.file] = None
+    lines, told = [], set()
     for problem in every:
-        same = alike[problem.line, problem.what, problem.mend]
-        files = list(dict.fromkeys(one.file for one in same))
-        if len(files) <= FILES_TOLD:
+        alike = problem.line, problem.what, problem.mend
+        more = len(files[alike]) - 1
+        if more < FILES_TOLD:
             lines.append(str(problem))
-        elif problem is same[0]:
-            more, last = len(files) - 1, printable(files[-1])
+        elif alike not in told:
+            told.add(alike)
+            last = printable(list(files[alike])[-1])
             lines.append(f"{problem} (the same in {more} more files, the last of them {last})")
     return lines
 

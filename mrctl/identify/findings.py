@@ -124,12 +124,11 @@ def _temperature(fit: JointFit) -> list[Finding]:
         return [
             Finding("h", f"one temperature only ({layout.temperature_c[0]:.0f} degC): taken as 1", measure)
         ]
+    found = _between(layout.temperature_c)
     if not layout.two_states:
         off = bool(layout.current_a[0] < NEAR_ZERO_A)
         which, other = ("on", "off") if off else ("off", "on")
-        found = [Finding("h", f"no run in the {which} state: taken as in the {other} state", measure)]
-        return [*found, *_between(layout.temperature_c)]
-    found = _between(layout.temperature_c)
+        return [Finding("h", f"no run in the {which} state: taken as in the {other} state", measure), *found]
     unseen = ", ".join(f"{x:.0f}" for x in layout.temperature_c[layout.off_unseen])
     if unseen:
         what = f"nothing measured without current near {unseen} degC: taken much as with current"

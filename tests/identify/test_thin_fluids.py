@@ -126,7 +126,7 @@ def test_that_no_run_without_current_was_warmer_than_the_case_is_nothing_to_tell
 
 @pytest.mark.parametrize(("cases_c", "by_k"), [([24.0, 64.0], -0.008), ([10.0, 24.0, 60.0], 0.004)])
 def test_between_temperatures_far_apart_h_changes_by_one_share_a_degree(cases_c, by_k):
-    """A chord would be off by what (by_k gap)^2 / 8 says, 0.3 and 1.3 %, in its middle."""
+    """A chord would be off by what (by_k gap)^2 / 8 says, 1.3 and 0.3 %, in its middle."""
     records = _records(cases_c, by_k)
     layout = layout_for(records, order=1)
     model = JointModel(layout, records)

@@ -45,11 +45,11 @@ def labels(folds: tuple[int, ...], size: int) -> Ints:
 
 def covered(record: Record, others: Sequence[Record]) -> bool:
     """Whether other records reach this one's current, temperature and speed."""
-    low, high = float(record.current_a.min()), float(record.current_a.max())
     middle = _steady_a(record)
     if middle is not None:
         current = any(float(np.mean(np.abs(r.current_a - middle) < SAME_A)) > 0.1 for r in others)
     else:
+        low, high = float(record.current_a.min()), float(record.current_a.max())
         current = any(
             float(r.current_a.min()) < low + SAME_A and float(r.current_a.max()) > high - SAME_A
             for r in others
