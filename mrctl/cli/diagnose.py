@@ -14,13 +14,15 @@ from mrctl.cli.identify import damper_errors
 from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.diagnose import Diagnosis, diagnose
-from mrctl.discover.reports.figures import diagnosis_figures, root
+from mrctl.discover.reports.figures import diagnosis_figures
+from mrctl.discover.reports.fitted import root
 from mrctl.errors import Problem
 from mrctl.measurements import Campaign
 from mrctl.model.filters import FilterError
 from mrctl.report.progress import Progress
 from mrctl.report.terminal import paint, table
 
+RANKED = "this effect", "added beside", "RMSE N held out", "removed %", "significant", "rivals"
 POOR_FIT, FAR_OFF = 50.0, 3.0  # percent, and times the base's error: a calibration of another damper
 
 
@@ -79,6 +81,7 @@ def print_diagnosis(result: Diagnosis, figures: dict[str, Any]) -> None:
         rows = [
             [
                 e["effect"],
+                ", ".join(e["beside"]) or "the base",
                 e["rmse_n"],
                 e["removed_percent"],
                 "yes" if e["significant"] else "no",
@@ -86,10 +89,7 @@ def print_diagnosis(result: Diagnosis, figures: dict[str, Any]) -> None:
             ]
             for e in figures["ranking"]
         ]
-        print(
-            "\n"
-            + table(["with this effect alone", "RMSE N held out", "removed %", "significant", "rivals"], rows)
-        )
+        print("\n" + table([*RANKED], rows))
     for one in figures["found"]:
         print_parameters(one["effect"], one["parameters"], one["derived"])
     if figures["next_run"]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from mrctl.calibration import Calibration
 from mrctl.discover.extend import Extension
-from mrctl.discover.reports.figures import derived_of, parameters_of
+from mrctl.discover.reports.fitted import derived_of, parameters_of
 from mrctl.errors import InputError
 from mrctl.identify.findings import findings_of
 from mrctl.measurements import Campaign, load_campaign, require_sound

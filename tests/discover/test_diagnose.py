@@ -20,12 +20,32 @@ def test_a_hidden_effect_is_named_and_measured():
     assert top["effect"] == name
     assert top["significant"]
     assert top["rmse_n"] < 1.1 * NOISE_N < figures["rmse_n"]
+    assert top["rmse_n"] == figures["rmse_after_n"]
+    assert top["parameters"] == figures["found"][0]["parameters"]
+    assert not top["beside"]
     assert "left over the noise" not in figures["words"]
     assert not [c for c in result.balance.courses if c.certain and c.share > STRANGE]
     more = replace(result, balance=replace(result.balance, left=9.0))
     assert "3 N are left over the noise" in diagnosis_figures(more)["words"]
     key = next(iter(values))
     assert figures["found"][0]["parameters"][key]["value"] == pytest.approx(values[key], rel=0.05)
+
+
+def test_of_two_effects_each_is_ranked_beside_those_found_before_it(monkeypatch):
+    among(monkeypatch, "gas_spring", "current_lag", "end_stop")
+    result = diagnose(few(rich({**SPRING, "current_lag": {"rise_time_s": 0.012, "fall_time_s": 0.018}})))
+    assert set(result.effects) == {"gas_spring", "current_lag"}
+    figures = diagnosis_figures(result)
+    first, second = figures["ranking"][:2]
+    assert [first["effect"], second["effect"]] == list(result.effects)
+    assert (first["beside"], second["beside"]) == ([], [first["effect"]])
+    assert figures["rmse_n"] > first["rmse_n"] > second["rmse_n"] == figures["rmse_after_n"]
+    assert first["removed_percent"] + second["removed_percent"] == pytest.approx(100.0, abs=3.0)
+    for entry, found in zip((first, second), figures["found"], strict=True):
+        assert entry["parameters"] == found["parameters"]  # of both together
+    alone = [e for e in figures["ranking"][2:] if e["effect"] in result.effects]
+    assert not alone
+    assert "With them" in figures["words"]
 
 
 @pytest.mark.long  # the battery's small part asks it of another damper

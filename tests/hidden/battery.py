@@ -41,7 +41,7 @@ from draw import SIZES
 from other import make_other
 
 from mrctl.discover.diagnose import diagnose
-from mrctl.discover.reports.figures import parameters_of
+from mrctl.discover.reports.fitted import parameters_of
 from mrctl.errors import InputError
 from mrctl.measurements import load_campaign
 from mrctl.measurements.quality import require_sound

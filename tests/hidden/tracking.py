@@ -16,7 +16,7 @@ import numpy as np
 from rig import Rig
 
 from mrctl.discover.discover import extension_of
-from mrctl.discover.reports.figures import parameters_of
+from mrctl.discover.reports.fitted import parameters_of
 from mrctl.identify.finish import damper_of
 from mrctl.identify.forward import modelled
 from mrctl.measurements import load_campaign

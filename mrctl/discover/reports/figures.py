@@ -7,15 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.diagnose import Diagnosis, real_alone
+from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.noise.lines import Line
 from mrctl.discover.reports.channels import channel_figures, channel_words
-from mrctl.discover.search.levels import Trial
+from mrctl.discover.reports.fitted import derived_of, parameters_of, root
+from mrctl.discover.reports.ranking import ranking_of, removed_percent
 from mrctl.discover.verdict.balance import STRANGE
 from mrctl.discover.verdict.courses import Course
-from mrctl.discover.verdict.own_delay import with_hold
-from mrctl.identify.joint_fit import JointFit, half_width_95
-from mrctl.model.effects.card import card
 
 Array = NDArray[np.float64]
 
@@ -24,9 +22,6 @@ MOST_COURSES = 3
 
 def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
     """All that `mrctl diagnose --json` writes."""
-    real = real_alone(d.first)
-    rivals = {f.trial.effect.name: [r.name for r in f.rivals] for f in d.found}
-    ranking = [_entry(t, d, t.effect.name in real, rivals.get(t.effect.name)) for t in d.first.trials]
     return {
         "verdict": d.verdict,
         "effects": list(d.effects),
@@ -38,7 +33,7 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
         "removable_n": root(d.removable),
         "left_n": root(d.balance.left),
         "explained_percent": explained_percent(d),
-        "ranking": ranking,
+        "ranking": ranking_of(d),
         "found": [
             {
                 "effect": f.trial.effect.name,
@@ -94,62 +89,9 @@ def _stated(line: Line) -> dict[str, float]:
     return {"frequency_hz": line.frequency_hz, "rms_n": root(line.mean_square_n2)}
 
 
-def _entry(t: Trial, d: Diagnosis, significant: bool, rivals: list[str] | None) -> dict[str, Any]:  # noqa: FBT001
-    before = d.base.mean_square - t.proof.mean_square
-    return {
-        "effect": t.effect.name,
-        "rmse_n": root(t.proof.held_out_mean_square),
-        "removed_percent": 100.0 * float(np.clip(before / d.removable, 0.0, 1.0))
-        if d.removable > 0.0
-        else 0.0,
-        "significant": significant,
-        "rivals": rivals or [],
-        "parameters": parameters_of(t.fit, t.effect.name),
-        "derived": derived_of(t.fit, t.effect.name),
-        "equation": card(t.effect)["equation"],
-        "chance": t.chance,
-    }
-
-
-def parameters_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
-    """An effect's parameters in a fit: value, unit and 95 % interval; None where the data did not move it.
-
-    An interval has the doubt about the model's form in it, which no noise shows: it is wider than twice a
-    calibration's standard deviation, by which noise alone would move a value.
-    """
-    effect = next(e for e in fit.model.effects.chosen if e.name == name)
-    values = fit.effect_values[name]
-    spread = with_hold(fit, name, fit.effect_std()[name])
-    at = fit.model.layout.size
-    for other in fit.model.effects.chosen:
-        if other.name == name:
-            break
-        at += len(other.parameters)
-    result = {}
-    for k, (p, value, std) in enumerate(zip(effect.parameters, values, spread, strict=True)):
-        held = bool(fit.solution.held[at + k])
-        reach = half_width_95(std)
-        low, high = max(p.low, value - reach), min(p.high, value + reach)
-        result[p.name] = {
-            "value": value,
-            "unit": p.unit,
-            "ci95": None if held or std == 0.0 else [low, high],  # nothing was seen of it
-        }
-    return result
-
-
-def derived_of(fit: JointFit, name: str) -> dict[str, dict[str, Any]]:
-    """What an effect's parameters in a fit come to in words of the field: value and unit of each."""
-    effect = next(e for e in fit.model.effects.chosen if e.name == name)
-    found = {} if effect.derived is None else effect.derived(fit.effect_values[name])
-    return {words: {"value": value, "unit": unit} for words, (value, unit) in found.items()}
-
-
 def explained_percent(d: Diagnosis) -> float:
     """What the effects found take off, of what can be removed."""
-    if d.removable <= 0.0:
-        return 0.0
-    return 100.0 * float(np.clip((d.base.mean_square - d.final.mean_square) / d.removable, 0.0, 1.0))
+    return removed_percent(d, d.base, d.final)
 
 
 def verdict_words(d: Diagnosis) -> str:
@@ -166,7 +108,8 @@ def verdict_words(d: Diagnosis) -> str:
         return f"Nothing is missing that this campaign can show: {before:.3g} N held out.{floor}"
     changing = "".join(f" {c.words}: it is not what is missing." for c in d.changes)
     if d.verdict == "found":
-        fall = f"With it the held-out error falls from {before:.3g} to {after:.3g} N."
+        those = "it" if len(d.effects) == 1 else "them"
+        fall = f"With {those} the held-out error falls from {before:.3g} to {after:.3g} N."
         left = root(d.balance.left)
         more = f" {left:.3g} N are left over the noise, which no effect explains." if left else ""
         return f"Missing: {names}. {fall}{more}{changing}{floor}"
@@ -216,8 +159,3 @@ def _nearest_words(d: Diagnosis) -> str:
     if d.balance.cleared:
         return f" The nearest ({helps}) explains it where it was fitted, but does not foretell the rest."
     return f" The nearest ({helps}) explains {share:.0f} % of it only."
-
-
-def root(mean_square: float) -> float:
-    """RMS in N."""
-    return float(np.sqrt(max(mean_square, 0.0)))

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from mrctl.discover.conditions import VARIABLES, spectrum, worst_conditions
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.fits.signals import UNITS
-from mrctl.discover.reports.figures import explained_percent, root
+from mrctl.discover.reports.figures import explained_percent
+from mrctl.discover.reports.fitted import root
 from mrctl.discover.verdict.structure import Map
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
@@ -98,11 +99,12 @@ def what_is_missing(page: Page, d: Diagnosis, figures: Figures) -> None:
             bar_plot(
                 "Held-out error with one effect added",
                 "RMSE (N)",
-                ["base model alone", *(e["effect"] for e in ranking)],
+                ["base model alone", *(f"+ {e['effect']}" if e["beside"] else e["effect"] for e in ranking)],
                 [Bars("held out", [figures["rmse_n"], *(e["rmse_n"] for e in ranking)])],
                 references=[Reference(figures["noise_estimate_n"], "noise")],
             ),
-            "Base and effect are fitted together; what counts is the error on data left out of the fit.",
+            "Base and effect are fitted together; what counts is the error on data left out of the fit."
+            + " With a plus: beside the effects found above it." * any(e["beside"] for e in ranking),
         )
     told = figures["structure"]["courses"]
     if told:
@@ -119,7 +121,8 @@ def _candidate(name: str, entry: Figures | None, found: Figures | None) -> Card:
     values = parameter_values(name, source.get("parameters", {}))
     values += [(key, format_quantity(p["value"], p["unit"])) for key, p in source.get("derived", {}).items()]
     if entry is not None:
-        values.append(("removes", f"{entry['removed_percent']:.1f} % by itself"))
+        beside = f"beside {', '.join(entry['beside'])}" if entry["beside"] else "by itself"
+        values.append(("removes", f"{entry['removed_percent']:.1f} % {beside}"))
     rivals = (found or {}).get("rivals", [])
     words = "; ".join(f"rival {r['effect']}: {r['why']}" for r in rivals)
     badge, tone = ("belongs in", "good") if found and not rivals else ("not decided", "warn")
