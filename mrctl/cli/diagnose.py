@@ -15,7 +15,6 @@ from mrctl.cli.outputs import check_outputs, given, write_figures
 from mrctl.cli.own_effects import try_own_effects
 from mrctl.discover.diagnose import Diagnosis, diagnose
 from mrctl.discover.reports.figures import diagnosis_figures
-from mrctl.discover.reports.fitted import root
 from mrctl.errors import Problem
 from mrctl.measurements import Campaign
 from mrctl.model.filters import FilterError
@@ -67,7 +66,7 @@ def _doubt(calibration: Calibration, campaign: Campaign, result: Diagnosis) -> N
         errors = damper_errors(campaign, calibration.damper)
     except FilterError:  # of runs sampled too slowly for its filter; the fit has one of its own
         return
-    anew_n = root(result.base.mean_square)
+    anew_n = result.rmse_n(result.base.mean_square)
     if errors.fit_percent < POOR_FIT and errors.rmse_n > FAR_OFF * anew_n:
         what = f"predicts these runs to {errors.rmse_n:.3g} N, its tables, fitted anew, to {anew_n:.3g} N"
         mend = "is it another damper's? The diagnosis is of the runs"

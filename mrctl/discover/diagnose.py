@@ -59,8 +59,13 @@ class Diagnosis:
     evidence: Evidence
     courses: Sequence[Course]  # that no effect has, of what the base leaves; most first
     stranger: Course | None  # the one that says more than the effects in the model
+    averaged_n2: float = 0.0  # of what the final model leaves, faster than the search sees
     seconds: float = 0.0  # that all of it took
     levels: list[Level] = field(default_factory=list)
+
+    def rmse_n(self, mean_square: float) -> float:
+        """The RMS error at the samples measured, in N, of a mean square in N² at the rate of the search."""
+        return float(np.sqrt(max(mean_square, 0.0) + self.averaged_n2))
 
 
 def diagnose(
@@ -76,7 +81,10 @@ def diagnose(
     report = _never_back(report)
     report(0.05, "base model")
     base = evidence.base(known, values)
-    evidence = evidence.steadied(base.fit)
+    quiet = evidence.steadied(base.fit)
+    evidence = quiet.resolved(base.fit)
+    if evidence is not quiet:
+        base = evidence.base(known, base.fit.effect_values, base.fit)
     search = partial(_mended, known=known, report=report)
     sharp = evidence.sharpened(base.fit)
     if sharp is evidence:
@@ -227,6 +235,7 @@ def _diagnosed(
         evidence=evidence,
         courses=judged.courses,
         stranger=judged.stranger,
+        averaged_n2=evidence.averaged_away_n2(final.fit),
         levels=levels,
     )
 

@@ -21,7 +21,7 @@ from mrctl.discover.fits.folds import folds_of
 from mrctl.discover.fits.grow import Folds
 from mrctl.discover.fits.proof import Proof, prove
 from mrctl.discover.fits.screen import ranges_of
-from mrctl.discover.fits.searched import at_search_rates
+from mrctl.discover.fits.searched import at_search_rates, unresolved
 from mrctl.discover.noise.budget import Budget, budget_of
 from mrctl.discover.noise.input_noise import input_noise, steadied
 from mrctl.discover.noise.motion_noise import Spectrum, noise_spectrum
@@ -42,6 +42,7 @@ Array = NDArray[np.float64]
 
 REST_M_S = 1e-4
 MOVED_M = 1e-5
+DOUBLINGS = 2  # of the rate, at most
 WHOLE = 0.95  # of the seconds measured, for a search to have seen them all
 LATE_AROUND = 3  # samples more and less, that a current is tried to be late by
 CLOSE_TO_NOISE = 2.0  # in mean square, for what a fit misses in the mean to be a load cell's zeros
@@ -59,6 +60,7 @@ class Evidence:
     folds: Folds
     motion_noise: Spectrum | None
     cell: LoadCell  # taken off the runs' forces
+    times: tuple[int, ...] = ()  # the usual rate of the search, that a record's is; none: all at that
     current_late_s: float = 0.0  # taken off the current's clock
     smoothing: Smoothing | None = None  # of the velocities, that was undone
     centres_m: tuple[float, ...] = ()  # by how much strokes that were integrated were moved, by record
@@ -93,15 +95,19 @@ class Evidence:
         motion_noise: Spectrum | None,
         cell: LoadCell,
         timing: Callable[[list[Record]], list[Record]] = list,
+        times: tuple[int, ...] = (),
     ) -> Evidence:
-        full, records = at_search_rates(measured, floors, timing)
-        return cls(campaign, measured, full, records, floors, folds_of(records), motion_noise, cell)
+        full, records = at_search_rates(measured, floors, timing, times)
+        folds = folds_of(records)
+        return cls(campaign, measured, full, records, floors, folds, motion_noise, cell, times)
 
     def of_records(
         self, measured: list[Record], timing: Callable[[list[Record]], list[Record]] = list
     ) -> Evidence:
         """The same campaign's evidence from other versions of its records."""
-        anew = self._of(self.campaign, measured, self.floors, self.motion_noise, self.cell, timing)
+        anew = self._of(
+            self.campaign, measured, self.floors, self.motion_noise, self.cell, timing, self.times
+        )
         return replace(
             anew,
             current_late_s=self.current_late_s,
@@ -116,6 +122,21 @@ class Evidence:
         if all(a is b for a, b in zip(quiet, self.measured, strict=True)):
             return self
         return self.of_records(quiet)
+
+    def resolved(self, fit: JointFit) -> Evidence:
+        """The same, those runs at higher rates whose motion passes a damper's knee too fast for the usual."""
+        here = self
+        for _ in range(DOUBLINGS):
+            usual = here.times or (1,) * len(here.measured)
+            finer = here._at_times([2 * k for k in usual])
+            fast = unresolved(fit, here.records, finer.records)
+            if not any(fast):
+                break
+            here = here._at_times([2 * k if more else k for k, more in zip(usual, fast, strict=True)])
+        return here
+
+    def _at_times(self, times: Iterable[int]) -> Evidence:
+        return replace(self, times=tuple(times)).of_records(self.measured)
 
     def sharpened(self, fit: JointFit) -> Evidence:
         """The same, with what a base's fit shows that a filter took off the velocities; itself if none."""
@@ -262,6 +283,21 @@ class Evidence:
             without_steps(r, (r.force_n - force)[:: r.finer][start:])
             for r, force, start in zip(self.full, forces, starts, strict=True)
         ]
+
+    def averaged_away_n2(self, fit: JointFit) -> float:
+        """The mean square in N² of what a fit leaves at the samples measured that no search sees.
+
+        It is as fast as that: a noise floor has it, and the means that a search works on have not.
+        """
+        taken, counts = 0.0, 0
+        for searched, full, e in zip(self.records, self.full, self.steady_errors(fit), strict=True):
+            weighed_hz = searched.rate_hz / fit.model.factor(searched)
+            by = max(1, round(full.rate_hz / full.finer / weighed_hz))
+            blocks = e[e.size % by :].reshape(-1, by)
+            count = len(searched) // fit.model.factor(searched)
+            counts += count
+            taken += count * float(np.mean(np.var(blocks, axis=1))) if blocks.size else 0.0
+        return taken / counts
 
     def at_samples_of(self, errors: Sequence[Array], signals: Sequence[Array]) -> list[Array]:
         """Signals of the full records at the samples that steady errors of theirs (n each) have."""

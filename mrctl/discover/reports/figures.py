@@ -26,8 +26,8 @@ def diagnosis_figures(d: Diagnosis) -> dict[str, Any]:
         "verdict": d.verdict,
         "effects": list(d.effects),
         "words": verdict_words(d),
-        "rmse_n": root(d.base.held_out_mean_square),
-        "rmse_after_n": root(d.final.held_out_mean_square),
+        "rmse_n": d.rmse_n(d.base.held_out_mean_square),
+        "rmse_after_n": d.rmse_n(d.final.held_out_mean_square),
         "noise_floor_n": root(d.balance.noise) if d.balance.measured else None,
         "noise_estimate_n": root(d.balance.noise),
         "removable_n": root(d.removable),
@@ -96,7 +96,7 @@ def explained_percent(d: Diagnosis) -> float:
 
 def verdict_words(d: Diagnosis) -> str:
     """The verdict in a sentence or two."""
-    before, after = root(d.base.held_out_mean_square), root(d.final.held_out_mean_square)
+    before, after = (d.rmse_n(proof.held_out_mean_square) for proof in (d.base, d.final))
     floor = f" The noise is {root(d.balance.noise):.3g} N ({d.balance.how})."
     if d.balance.hums:
         at = ", ".join(f"{h.frequency_hz:.0f}" for h in d.balance.hums)

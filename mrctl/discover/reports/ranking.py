@@ -9,7 +9,7 @@ import numpy as np
 
 from mrctl.discover.diagnose import Diagnosis, real_alone
 from mrctl.discover.fits.proof import Proof
-from mrctl.discover.reports.fitted import derived_of, parameters_of, root
+from mrctl.discover.reports.fitted import derived_of, parameters_of
 from mrctl.discover.search.levels import Trial
 from mrctl.discover.verdict.judged import Found
 from mrctl.identify.joint_fit import JointFit
@@ -69,7 +69,7 @@ def _entry(
     return {
         "effect": trial.effect.name,
         "beside": list(beside),
-        "rmse_n": root(after.held_out_mean_square),
+        "rmse_n": d.rmse_n(after.held_out_mean_square),
         "removed_percent": removed_percent(d, before, after),
         "significant": True,
         "rivals": [r.name for r in found.rivals] if found else [],
