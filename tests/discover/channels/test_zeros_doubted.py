@@ -29,6 +29,9 @@ class _Evidence:
     def steadied(self, _):
         return self
 
+    def resolved(self, _):
+        return self
+
     def sharpened(self, _):
         return self.sharp
 
