@@ -5,8 +5,10 @@ from discover.hidden import NOISE_N, among, few, one_current, one_frequency, ric
 
 from mrctl.discover import taken_anew
 from mrctl.discover.diagnose import diagnose
+from mrctl.discover.reports.diagnose_report import draw
 from mrctl.discover.reports.figures import diagnosis_figures
 from mrctl.discover.verdict.balance import STRANGE
+from mrctl.report.page import Page
 
 SPRING = {"gas_spring": {"preload_n": 80.0, "stiffness_n_m": 4000.0, "progression_per_m": 2.0}}
 
@@ -31,9 +33,11 @@ def test_a_hidden_effect_is_named_and_measured():
     assert figures["found"][0]["parameters"][key]["value"] == pytest.approx(values[key], rel=0.05)
 
 
-def test_of_two_effects_each_is_ranked_beside_those_found_before_it(monkeypatch):
+def test_of_two_effects_each_is_ranked_beside_those_found_before_it(monkeypatch, tmp_path):
     among(monkeypatch, "gas_spring", "current_lag", "end_stop")
-    result = diagnose(few(rich({**SPRING, "current_lag": {"rise_time_s": 0.012, "fall_time_s": 0.018}})))
+    lag = {"rise_time_s": 0.012, "fall_time_s": 0.018}
+    campaign = few(rich({**SPRING, "current_lag": lag}))
+    result = diagnose(campaign)
     assert set(result.effects) == {"gas_spring", "current_lag"}
     figures = diagnosis_figures(result)
     first, second = figures["ranking"][:2]
@@ -46,6 +50,12 @@ def test_of_two_effects_each_is_ranked_beside_those_found_before_it(monkeypatch)
     alone = [e for e in figures["ranking"][2:] if e["effect"] in result.effects]
     assert not alone
     assert "With them" in figures["words"]
+    page = Page("steps", "")
+    draw(page, result, figures, campaign)
+    page.write(tmp_path / "steps.html")
+    text = (tmp_path / "steps.html").read_text()
+    assert all(f">+ {one}<" in text for one in result.effects)
+    assert f">+ {', '.join(result.effects)}<" not in text
 
 
 @pytest.mark.long  # the battery's small part asks it of another damper

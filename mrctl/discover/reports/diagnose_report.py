@@ -39,8 +39,11 @@ def draw(page: Page, result: Diagnosis, figures: parts.Figures, campaign: Campai
     parts.what_is_missing(page, result, figures)
     if result.found:
         steps: list[tuple[tuple[str, ...], float]] = [((), figures["rmse_n"])]
-        names = [one.trial.effect.name for one in result.found]
-        steps.append((tuple(names), figures["rmse_after_n"]))
+        if not any(one.rivals for one in result.found):
+            before_last = figures["ranking"][: len(result.found) - 1]
+            steps += [((*e["beside"], e["effect"]), e["rmse_n"]) for e in before_last]
+        names = tuple(one.trial.effect.name for one in result.found)
+        steps.append((names, figures["rmse_after_n"]))
         floor = figures["noise_estimate_n"]
         parts.what_it_becomes(page, steps, floor, result.base.fit, result.final.fit, records, campaign)
     parts.what_next(page, figures)
