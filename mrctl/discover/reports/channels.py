@@ -7,8 +7,11 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrctl.discover.diagnose import Diagnosis
+
+Array = NDArray[np.float64]
 
 LOST = 0.03  # of a motion, that tells how far a velocity was smoothed
 
@@ -31,11 +34,10 @@ def channel_words(d: Diagnosis) -> str:
     """What the channels themselves did, and was taken out."""
     words = ""
     if d.evidence.cell.zeros_n.any():
-        most = float(np.max(np.abs(d.evidence.cell.zeros_n)))
-        words += f" The load cell's zero differs from run to run, by up to {most:.3g} N: taken out."
+        words += f" The load cell's zero differs from run to run, {_spread(d, d.evidence.cell.zeros_n, 'N')}."
     if d.evidence.cell.gains.any():
-        most = 100.0 * float(np.max(np.abs(d.evidence.cell.gains)))
-        words += f" The force's scale differs from run to run, by up to {most:.2g} %: taken out."
+        percent = 100.0 * d.evidence.cell.gains
+        words += f" The force's scale differs from run to run, {_spread(d, percent, '%')}."
     pasts = [d.evidence.campaign.runs[r.run].name for r in d.evidence.measured if r.before_a]
     if pasts:
         words += (
@@ -63,6 +65,14 @@ def channel_words(d: Diagnosis) -> str:
         lost_hz = d.evidence.smoothing.frequency_hz(LOST)
         words += f" The velocity was smoothed, {100.0 * LOST:.0f} % of it gone at {lost_hz:.3g} Hz: put back."
     return words
+
+
+def _spread(d: Diagnosis, values: Array, unit: str) -> str:
+    """How far the runs differ, and which one most: that may be one that says little of itself."""
+    most = int(np.argmax(np.abs(values)))
+    name = d.evidence.campaign.runs[d.evidence.measured[most].run].name
+    rms = float(np.sqrt(np.mean(values**2)))
+    return f"by {rms:.2g} {unit} RMS, most in {name} ({values[most]:+.2g} {unit}): taken out"
 
 
 def _by_run(d: Diagnosis, values: Sequence[float]) -> dict[str, float]:

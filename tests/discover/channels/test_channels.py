@@ -168,7 +168,10 @@ def test_runs_with_scales_of_their_own_miss_nothing_and_it_is_said():
     assert diagnosis.verdict == "none"
     gains = diagnosis.evidence.cell.gains
     assert gains[1] - gains[0] == pytest.approx(GAINS[1] - GAINS[0], rel=0.3)
-    assert "scale differs from run to run" in verdict_words(diagnosis)
+    most = diagnosis.evidence.campaign.runs[int(np.argmax(np.abs(GAINS - GAINS.mean())))].name
+    words = verdict_words(diagnosis)
+    assert "scale differs from run to run" in words
+    assert f"most in {most} (" in words
     assert diagnosis_figures(diagnosis)["channels"]["gains"]
 
 
