@@ -1,0 +1,42 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mrctl.discover import discover as module
+from mrctl.model.effects.registry import effects
+
+HEATING = effects()["self_heating"]
+
+
+def _found(verdict):
+    look = SimpleNamespace(free=np.ones(len(HEATING.parameters), dtype=bool))
+    one = SimpleNamespace(trial=SimpleNamespace(effect=HEATING, look=look), rivals=[], others=[])
+    fit = SimpleNamespace(effect_values={HEATING.name: HEATING.typical})
+    return SimpleNamespace(
+        verdict=verdict, found=[one], final=SimpleNamespace(fit=fit), evidence=SimpleNamespace(measured=[])
+    )
+
+
+def _extension(refused, rmse_after_n):
+    return SimpleNamespace(refused=refused, rmse_after_n=rmse_after_n)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "made", "taken"),
+    [
+        ("found", [_extension((), 9.0)], 0),
+        ("found", [_extension((HEATING.name,), 9.0), _extension((), 5.0)], 1),
+        ("found", [_extension((HEATING.name,), 9.0), _extension((HEATING.name,), 8.0)], 1),
+        ("found", [_extension((HEATING.name,), 9.0), _extension((HEATING.name,), 10.0)], 0),
+        ("unexplained", [_extension((HEATING.name,), 9.0)], 0),
+    ],
+)
+def test_what_was_found_and_foretells_nothing_is_tried_without_what_the_runs_say_of_themselves(
+    verdict, made, taken, monkeypatch
+):
+    asked = iter(made)
+    monkeypatch.setattr(module, "extend", lambda *_, **__: next(asked))
+    monkeypatch.setattr(module, "motion_parts", lambda _: None)
+    assert module.extension_of(None, _found(verdict)) is made[taken]
+    assert not list(asked)
