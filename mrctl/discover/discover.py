@@ -67,11 +67,17 @@ def extension_of(
         instead=_others(found, taken),
         begin=fit,
     )
-    if found.verdict != "found" or not extension.refused:
+    if found.verdict != "found" or not (extension.refused or _warmth_in_runs(found)):
         return extension
-    # Runs that begin as warm as each of them says fit well and foretell nothing: once more without all that.
+    # What each run says of itself fits well and may foretell nothing: once more without all that.
     anew = extend(campaign, (), chosen, report=report, falling=True)
     return min(extension, anew, key=lambda one: (len(one.refused), one.rmse_after_n))
+
+
+def _warmth_in_runs(found: Diagnosis) -> bool:
+    """Whether runs have scales or warmths of their own beside a fluid that warms up."""
+    own = found.evidence.cell.gains.any() or any(r.warmer_k for r in found.evidence.measured)
+    return bool(own and found.final.fit.model.effects.warm)
 
 
 def _taken(found: Diagnosis) -> list[Found]:
