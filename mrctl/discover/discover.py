@@ -70,7 +70,14 @@ def extension_of(
     if found.verdict != "found" or not (extension.refused or _warmth_in_runs(found)):
         return extension
     # What each run says of itself fits well and may foretell nothing: once more without all that.
-    anew = extend(campaign, (), chosen, report=report, falling=True)
+    so_far = (len(chosen) + 1) / (len(chosen) + 2)
+    anew = extend(
+        campaign,
+        (),
+        chosen,
+        report=lambda share, what: report(so_far + (1.0 - so_far) * share, what),
+        falling=True,
+    )
     return min(extension, anew, key=lambda one: (len(one.refused), one.rmse_after_n))
 
 

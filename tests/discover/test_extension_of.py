@@ -47,3 +47,17 @@ def test_what_was_found_and_foretells_nothing_is_tried_without_what_the_runs_say
     found = _found("found", warmer_k=3.0) if verdict == "warm" else _found(verdict)
     assert module.extension_of(None, found) is made[taken]
     assert not list(asked)
+
+
+def test_what_is_tried_again_goes_on_from_where_the_first_trial_was(monkeypatch):
+    def told(*_, report=None, **__):
+        if report is not None:
+            report(0.0, "")
+            report(1.0, "")
+        return _extension((HEATING.name,), 9.0)
+
+    monkeypatch.setattr(module, "extend", told)
+    monkeypatch.setattr(module, "motion_parts", lambda _: None)
+    shares = []
+    module.extension_of(None, _found("found"), lambda share, _: shares.append(share))
+    assert shares == pytest.approx([2.0 / 3.0, 1.0])  # from the last that one effect is told

@@ -21,9 +21,9 @@ LONG_S = 120.0  # ... in a campaign longer than this at half these rates
 FEWEST_CYCLES = 3  # of a run that repeats, to be searched
 RUN_OUT = 1.5  # cycles that may follow the steady ones: the motion's end, and a cycle that is not whole
 LONGEST_S = 10.0  # a longer run may be heating up, ...
+DRIFTING = 0.5  # ... and one that drifts this much, in RMS of its noise, is
 UNRESOLVED = 0.005  # of a record's RMS force, that a finer rate changes in it; ...
 BORNE_OUT = 0.25  # ... and of the mean square of that, what the measured force is better met by
-DRIFTING = 0.5  # ... and one that drifts this much, in RMS of its noise, is
 
 
 def at_search_rates(

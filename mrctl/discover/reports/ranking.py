@@ -32,8 +32,8 @@ def ranking_of(d: Diagnosis) -> list[dict[str, Any]]:
         before = proof
     for trial in d.first.trials:
         if trial.effect.name not in found:
-            entries.append(_entry(d, trial, d.base, trial.proof, trial.fit))
-            entries[-1]["significant"] = trial.effect.name in real
+            significant = trial.effect.name in real
+            entries.append(_entry(d, trial, d.base, trial.proof, trial.fit, significant=significant))
     return entries
 
 
@@ -65,13 +65,15 @@ def _entry(
     fit: JointFit,
     beside: Sequence[str] = (),
     found: Found | None = None,
+    *,
+    significant: bool = True,
 ) -> dict[str, Any]:
     return {
         "effect": trial.effect.name,
         "beside": list(beside),
         "rmse_n": d.rmse_n(after.held_out_mean_square),
         "removed_percent": removed_percent(d, before, after),
-        "significant": True,
+        "significant": significant,
         "rivals": [r.name for r in found.rivals] if found else [],
         "parameters": parameters_of(fit, trial.effect.name),
         "derived": derived_of(fit, trial.effect.name),
