@@ -14,6 +14,7 @@ Ints = NDArray[np.intp]
 FOLDS = 8
 PIECES = 4  # a run that holds the only data at its conditions is held out in so many pieces
 FEWEST_RUNS = 4
+AS_MUCH = 0.3  # of a record's largest current, that another one must reach to tell what warmth does to it
 SAME_A, SAME_C, SAME_SPEED = 0.06, 4.0, 0.9
 
 
@@ -68,6 +69,18 @@ def held_as_long(record: Record, others: Sequence[Record]) -> bool:
         return True
     held = (_steady_a(other) for other in others)
     return any(other is not None and abs(other - current) < SAME_A for other in held)
+
+
+def as_warm(record: Record, others: Sequence[Record]) -> bool:
+    """Whether another record is as warm with about as much current, or without any as this one is.
+
+    What warmth does to a field's force no run without a field tells.
+    """
+    warm, most = float(record.temperature_c.mean()), float(record.current_a.max())
+    alike = [r for r in others if abs(float(r.temperature_c.mean()) - warm) < SAME_C]
+    if most < SAME_A:
+        return any(float(r.current_a.min()) < SAME_A for r in alike)
+    return any(float(r.current_a.max()) > AS_MUCH * most for r in alike)
 
 
 def _steady_a(record: Record) -> float | None:

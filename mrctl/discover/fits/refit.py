@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mrctl.discover.fits.folds import covered, held_as_long
+from mrctl.discover.fits.folds import as_warm, covered, held_as_long
 from mrctl.discover.fits.grow import grown_by, grown_by_each
 from mrctl.discover.fits.settle import WORTH_FREEING
 from mrctl.discover.fits.trusting import as_plain
@@ -28,6 +28,7 @@ from mrctl.measurements.run import Campaign
 from mrctl.model.effects.base import Effect, Stage, Vector
 
 Array = NDArray[np.float64]
+Spare = Callable[[Record, Sequence[Record]], bool]
 
 FITTED_HZ = 1000.0  # records that are faster are averaged
 GAUGED = 3  # times that the largest |g| may move to another knot
@@ -61,11 +62,14 @@ def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record]
     ready = records if ready is None else ready
     both = zip(records, ready, strict=True)
     records = [replace(r, before_a=told.before_a, warmer_k=told.warmer_k) for r, told in both]
-    # A steady current that the rest has in passing only is told there less well than where it is held.
-    chosen = _spread(records, covered)
-    better = _spread(records, lambda r, rest: covered(r, rest) and held_as_long(r, rest))
-    if 2 * len(better) >= len(chosen):
-        chosen = better
+    # A steady current that the rest has in passing only is told there less well than where it is held; what
+    # warmth does to a field, not at all by runs that have none.
+    asked: list[Spare] = [covered]
+    chosen = _spread(records, asked)
+    for also in (held_as_long, as_warm):
+        better = _spread(records, [*asked, also])
+        if 2 * len(better) >= len(chosen):
+            chosen, asked = better, [*asked, also]
     if chosen:
         held = [records[n] for n in chosen]
         runs = [campaign.runs[r.run] for r in held]
@@ -85,13 +89,17 @@ def split(campaign: Campaign, records: Sequence[Record], ready: Sequence[Record]
     )
 
 
-def _spread(records: Sequence[Record], spare: Callable[[Record, Sequence[Record]], bool]) -> list[int]:
+def _spread(records: Sequence[Record], asked: Sequence[Spare]) -> list[int]:
     """Of the records that are spare beside all others, some far apart that are beside what they leave."""
-    every = [n for n, r in enumerate(records) if spare(r, [o for m, o in enumerate(records) if m != n])]
+
+    def spare(n: int, left: Container[int]) -> bool:
+        rest = [o for m, o in enumerate(records) if m != n and m not in left]
+        return all(one(records[n], rest) for one in asked)
+
+    every = [n for n in range(len(records)) if spare(n, ())]
     chosen: list[int] = []
     for n in every[1 :: max(1, len(every) * HELD_OUT_SHARE // max(len(records), 1))]:
-        rest = [o for m, o in enumerate(records) if m not in {n, *chosen}]
-        if len(chosen) < max(1, len(records) // HELD_OUT_SHARE) and spare(records[n], rest):
+        if len(chosen) < max(1, len(records) // HELD_OUT_SHARE) and spare(n, chosen):
             chosen.append(n)
     return chosen
 

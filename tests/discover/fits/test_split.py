@@ -5,7 +5,7 @@ import pytest
 from discover.hidden import bench_of
 
 from mrctl.discover.evidence import Evidence
-from mrctl.discover.fits.folds import held_as_long
+from mrctl.discover.fits.folds import as_warm, held_as_long
 from mrctl.discover.fits.refit import HELD_OUT_SHARE, split
 from mrctl.measurements.run import Campaign
 
@@ -43,3 +43,30 @@ def test_where_each_current_is_held_once_runs_are_left_out_all_the_same(tmp_path
     parts = split(campaign, Evidence.of(campaign).full)
     assert parts.held_out
     assert parts.begins == [0] * len(parts.held_out)
+
+
+def campaign_at(tmp_path, runs):
+    """Sines, each at a current in A and a temperature in degC."""
+    bench = bench_of(None, 2)
+    sines = [bench.sine(f"{k}", RATE_HZ, 2.0, 0.02, 6, *conditions) for k, conditions in enumerate(runs)]
+    return Campaign(tmp_path, tuple(sines), "0" * 64)
+
+
+def test_a_warmth_is_left_out_only_where_another_run_has_it_with_a_field_too(tmp_path):
+    """That of 2 A at 20 degC is told by none at 0 A, however warm."""
+    at = [
+        (0.0, 20.0),
+        (2.0, 20.0),
+        (2.0, 40.0),
+        (2.0, 41.0),
+        (2.0, 60.0),
+        (2.0, 61.0),
+        (0.0, 60.0),
+        (0.0, 62.0),
+    ]
+    records = Evidence.of(campaign_at(tmp_path, at)).full
+    alone = [n for n, r in enumerate(records) if not as_warm(r, [o for o in records if o is not r])]
+    assert alone == [0, 1]
+    parts = split(campaign_at(tmp_path, at), records)
+    assert parts.held_out
+    assert not {"0", "1"} & set(parts.names)
