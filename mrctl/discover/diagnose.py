@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,13 +59,16 @@ class Diagnosis:
     evidence: Evidence
     courses: Sequence[Course]  # that no effect has, of what the base leaves; most first
     stranger: Course | None  # the one that says more than the effects in the model
-    averaged_n2: float = 0.0  # of what the final model leaves, faster than the search sees
     seconds: float = 0.0  # that all of it took
     levels: list[Level] = field(default_factory=list)
 
     def rmse_n(self, mean_square: float) -> float:
         """The RMS error at the samples measured, in N, of a mean square in N² at the rate of the search."""
-        return float(np.sqrt(max(mean_square, 0.0) + self.averaged_n2))
+        return float(np.sqrt(max(mean_square, 0.0) + self._averaged_n2))
+
+    @cached_property
+    def _averaged_n2(self) -> float:
+        return self.evidence.averaged_away_n2(self.final.fit)
 
 
 def diagnose(
@@ -235,7 +238,6 @@ def _diagnosed(
         evidence=evidence,
         courses=judged.courses,
         stranger=judged.stranger,
-        averaged_n2=evidence.averaged_away_n2(final.fit),
         levels=levels,
     )
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrctl.discover.noise.noise_floor import NoiseFloor
+from mrctl.identify.base import in_blocks
 from mrctl.identify.joint import WEIGHING_RATE_HZ
 from mrctl.identify.joint_fit import JointFit
 from mrctl.identify.records import Record
@@ -75,10 +76,7 @@ def unresolved(fit: JointFit, records: Sequence[Record], finer: Sequence[Record]
 def _at_samples_of(coarse: Record, fine: Record, force_n: Array) -> Array:
     """A finer record's force at a coarser one's samples: one of several, or their mean, as that was made."""
     by = max(round(fine.rate_hz / coarse.rate_hz), 1)
-    if fine.finer > coarse.finer:
-        return force_n[::by][: len(coarse)]
-    n = min(len(coarse), force_n.size // by)
-    return np.asarray(force_n[: n * by].reshape(n, by).mean(axis=1), dtype=np.float64)
+    return in_blocks(force_n, by, picked=fine.finer > coarse.finer)[: len(coarse)]
 
 
 def shortened(record: Record, floor: NoiseFloor, share: float) -> Record:

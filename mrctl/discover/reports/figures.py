@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mrctl.discover.diagnose import Diagnosis
 from mrctl.discover.noise.lines import Line
 from mrctl.discover.reports.channels import channel_figures, channel_words
@@ -14,8 +11,6 @@ from mrctl.discover.reports.fitted import derived_of, parameters_of, root
 from mrctl.discover.reports.ranking import ranking_of, removed_percent
 from mrctl.discover.verdict.balance import STRANGE
 from mrctl.discover.verdict.courses import Course
-
-Array = NDArray[np.float64]
 
 MOST_COURSES = 3
 

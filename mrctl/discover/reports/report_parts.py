@@ -89,9 +89,7 @@ def what_is_missing(page: Page, d: Diagnosis, figures: Figures) -> None:
         )
     ]
     named = {one["effect"]: one for one in figures["found"]}
-    entries = {e["effect"]: e for e in figures["ranking"]}
-    order = [*named, *(name for name in entries if name not in named)]
-    cards += [_candidate(name, entries.get(name), named.get(name)) for name in order]
+    cards += [_candidate(entry, named.get(entry["effect"])) for entry in figures["ranking"]]
     page.cards(cards)
     if figures["ranking"]:
         ranking = figures["ranking"]
@@ -116,20 +114,18 @@ def what_is_missing(page: Page, d: Diagnosis, figures: Figures) -> None:
     _maps(page, d)
 
 
-def _candidate(name: str, entry: Figures | None, found: Figures | None) -> Card:
-    source = found or entry or {}
-    values = parameter_values(name, source.get("parameters", {}))
-    values += [(key, format_quantity(p["value"], p["unit"])) for key, p in source.get("derived", {}).items()]
-    if entry is not None:
-        beside = f"beside {', '.join(entry['beside'])}" if entry["beside"] else "by itself"
-        values.append(("removes", f"{entry['removed_percent']:.1f} % {beside}"))
+def _candidate(entry: Figures, found: Figures | None) -> Card:
+    name = entry["effect"]
+    values = parameter_values(name, entry["parameters"])
+    values += [(key, format_quantity(p["value"], p["unit"])) for key, p in entry["derived"].items()]
+    beside = f"beside {', '.join(entry['beside'])}" if entry["beside"] else "by itself"
+    values.append(("removes", f"{entry['removed_percent']:.1f} % {beside}"))
     rivals = (found or {}).get("rivals", [])
     words = "; ".join(f"rival {r['effect']}: {r['why']}" for r in rivals)
     badge, tone = ("belongs in", "good") if found and not rivals else ("not decided", "warn")
     if not found:
-        significant = bool(entry and entry["significant"])
-        badge, tone = ("helps alone", "soft") if significant else ("not supported", "soft")
-    return Card(name, badge, tone, values, entry["equation"] if entry else "", words)  # type: ignore[arg-type]
+        badge, tone = ("helps alone", "soft") if entry["significant"] else ("not supported", "soft")
+    return Card(name, badge, tone, values, entry["equation"], words)  # type: ignore[arg-type]
 
 
 def parameter_values(name: str, parameters: Mapping[str, Figures]) -> list[tuple[str, str]]:
